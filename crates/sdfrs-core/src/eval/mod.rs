@@ -1,0 +1,194 @@
+//! The evaluator: runs a tape over batches of points, 64 f32 or 32 f64 at a time.
+//!
+//! One text of every kernel, compiled for each instruction set and picked once; no fused multiply-add
+//! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
+
+mod run;
+
+use crate::{
+    error::SceneError,
+    field::Field,
+    graph::{Form, Graph},
+    lane::{Dual, Iv, Pack},
+    op::{Tables, execute},
+    real::{Real, Scalar},
+    shape::Shape,
+    tape::Tape,
+};
+
+pub use run::{Isa, isa};
+
+/// Packs a chunk of the slice evaluator.
+const CHUNK: usize = 4;
+
+/// A scalar with a pack of its own.
+pub trait Native: Scalar {
+    type Lanes: Lanes<Self>;
+}
+
+/// A pack that can be filled from a slice.
+pub trait Lanes<T>: Real<S = T> {
+    const WIDTH: usize;
+    fn load(src: &[T]) -> Self;
+    fn store(self, dst: &mut [T]);
+}
+
+macro_rules! native {
+    ($t:ty, $w:literal) => {
+        impl Native for $t {
+            type Lanes = Pack<$t, $w>;
+        }
+        impl Lanes<$t> for Pack<$t, $w> {
+            const WIDTH: usize = $w;
+            #[inline(always)]
+            fn load(src: &[$t]) -> Self {
+                Pack::load(src)
+            }
+            #[inline(always)]
+            fn store(self, dst: &mut [$t]) {
+                Pack::store(self, dst)
+            }
+        }
+    };
+}
+native!(f32, 16);
+native!(f64, 8);
+
+/// A worker's memory; grows to what the largest tape needs and is used again.
+pub struct Scratch<T: Native> {
+    lanes: Vec<T::Lanes>,
+    duals: Vec<Dual<T::Lanes>>,
+}
+
+impl<T: Native> Scratch<T> {
+    pub fn new() -> Self {
+        Self { lanes: Vec::new(), duals: Vec::new() }
+    }
+}
+
+impl<T: Native> Default for Scratch<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A shape ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Program<T: Native> {
+    tape: Tape<T>,
+    /// What values are divided by on the way out.
+    lipschitz: T,
+}
+
+impl<T: Native> Program<T> {
+    /// The field's values.
+    pub fn values(shape: &Shape) -> Result<Self, SceneError> {
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?), lipschitz: T::of(1.0) })
+    }
+
+    /// The field that tracers walk: textures by their safe step, divided by the Lipschitz bound.
+    pub fn for_tracing(shape: &Shape) -> Result<Self, SceneError> {
+        let lip = shape.meta().lip_trace;
+        if shape.is_expr() {
+            return Err(SceneError::new(shape.op(), "is an expression, allowed: shapes"));
+        }
+        if !(lip.is_finite() && lip > 0.0) {
+            let message = "no finite Lipschitz bound is known, allowed: shapes with one; declare it by with_lipschitz(L)";
+            return Err(SceneError::new(shape.op(), message));
+        }
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Walk)?), lipschitz: T::of(lip) })
+    }
+
+    pub fn tape(&self) -> &Tape<T> {
+        &self.tape
+    }
+
+    /// Values at points given coordinate by coordinate; all slices have one length.
+    pub fn evaluate(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        let width = T::Lanes::WIDTH;
+        let n = out.len();
+        let mut at = 0;
+        while at < n {
+            let left = n - at;
+            let count = if left > width { left.min(CHUNK * width) } else { left };
+            let part = p.map(|p| &p[at..at + count]);
+            if count > width {
+                self.chunk::<CHUNK>(scratch, part, &mut out[at..at + count]);
+            } else {
+                self.chunk::<1>(scratch, part, &mut out[at..at + count]);
+            }
+            at += count;
+        }
+        if self.lipschitz != T::of(1.0) {
+            for v in out {
+                *v = *v / self.lipschitz;
+            }
+        }
+    }
+
+    fn chunk<const K: usize>(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        let width = T::Lanes::WIDTH;
+        let slots = reserve(&mut scratch.lanes, self.tape.slots() * K);
+        for (axis, p) in p.iter().enumerate() {
+            for g in 0..K {
+                let from = (g * width).min(p.len() - 1);
+                slots[axis * K + g] = T::Lanes::load(&p[from..]);
+            }
+        }
+        run::run::<T::Lanes, K>(&self.tape, slots);
+        for (g, out) in out.chunks_mut(width).enumerate() {
+            slots[self.tape.root() * K + g].store(out);
+        }
+    }
+
+    /// Values and gradients by dual numbers: `out` is value, d/dx, d/dy, d/dz.
+    pub fn gradient(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: [&mut [T]; 4]) {
+        let width = T::Lanes::WIDTH;
+        let [value, dx, dy, dz] = out;
+        let slots = reserve(&mut scratch.duals, self.tape.slots());
+        let scale = T::Lanes::splat(self.lipschitz);
+        for at in (0..value.len()).step_by(width) {
+            let end = (at + width).min(value.len());
+            for axis in 0..3 {
+                slots[axis] = Dual::variable(T::Lanes::load(&p[axis][at..end]), axis);
+            }
+            run::run::<Dual<T::Lanes>, 1>(&self.tape, slots);
+            let Dual(v, g) = slots[self.tape.root()];
+            (v / scale).store(&mut value[at..end]);
+            (g[0] / scale).store(&mut dx[at..end]);
+            (g[1] / scale).store(&mut dy[at..end]);
+            (g[2] / scale).store(&mut dz[at..end]);
+        }
+    }
+}
+
+impl<T: Native> Field<T> for Program<T> {
+    fn eval(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        self.evaluate(scratch, p, out);
+    }
+}
+
+/// Certified range of a shape's values over a box.
+#[allow(unsafe_code)]
+pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64), SceneError> {
+    let tape = Tape::<f64>::new(&Graph::new(shape, Form::Value)?);
+    let mut slots = vec![Iv::ALL; tape.slots()];
+    for i in 0..3 {
+        slots[i] = Iv::new(lo[i], hi[i]);
+    }
+    let Tables { consts, grids } = tape.tables();
+    for ins in tape.instructions() {
+        // SAFETY: the tape is checked, and there is one value for each of its slots.
+        unsafe { execute::<Iv, 1>(ins, slots.as_mut_ptr(), &Tables { consts, grids }) };
+    }
+    let Iv { lo, hi } = slots[tape.root()];
+    Ok((lo, hi))
+}
+
+/// At least `n` values, made once.
+fn reserve<R: Real>(memory: &mut Vec<R>, n: usize) -> &mut [R] {
+    if memory.len() < n {
+        memory.resize(n, R::c(0.0));
+    }
+    &mut memory[..n]
+}

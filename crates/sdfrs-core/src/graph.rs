@@ -1,0 +1,133 @@
+//! From shapes to one hash-consed list of ops in order of definition.
+//!
+//! Transforms become coordinates (chains of translations, rotations and scales collapse into one
+//! affine frame), unions are flattened, unions of spheres become one op. Each value is emitted once.
+//! Nothing recurses. Law: a lowered scene gives the bits of the scene evaluated by hand (tests/laws).
+
+mod frame;
+mod lower;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+pub use frame::rotation;
+
+use crate::{
+    error::SceneError,
+    grid::Grid,
+    op::Op,
+    shape::Shape,
+};
+
+/// Most ops of a scene: shared parts at different places are counted at each place.
+pub const MAX_OPS: usize = 1 << 22;
+/// Nodes 0, 1, 2 are the point's coordinates.
+pub const INPUTS: u32 = 3;
+
+/// What a value is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// The field itself.
+    Value,
+    /// A field with the same surface that is safe to walk (textures by their safe step).
+    Walk,
+    /// The same for the complement.
+    WalkNegated,
+}
+
+impl Form {
+    fn flipped(self) -> Self {
+        match self {
+            Form::Value => Form::Value,
+            Form::Walk => Form::WalkNegated,
+            Form::WalkNegated => Form::Walk,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    pub op: Op,
+    pub a: [u32; 4],
+    /// Constants `k .. k + n`.
+    pub k: u32,
+    pub n: u32,
+}
+
+/// Ops in order of definition; operand `i >= INPUTS` is `nodes[i - INPUTS]`.
+#[derive(Debug, Default)]
+pub struct Graph {
+    pub nodes: Vec<Node>,
+    pub consts: Vec<f64>,
+    pub grids: Vec<Arc<Grid>>,
+    pub root: u32,
+    known: HashMap<(Op, [u32; 4], Box<[u64]>), u32>,
+}
+
+impl Graph {
+    /// Lowers a shape.
+    pub fn new(shape: &Shape, form: Form) -> Result<Self, SceneError> {
+        let mut graph = Self::default();
+        graph.root = lower::lower(&mut graph, shape, form)?;
+        graph.known = HashMap::new();
+        Ok(graph)
+    }
+
+    pub fn node(&self, id: u32) -> Option<&Node> {
+        id.checked_sub(INPUTS).and_then(|i| self.nodes.get(i as usize))
+    }
+
+    fn constants(&self, node: &Node) -> &[f64] {
+        &self.consts[node.k as usize..(node.k + node.n) as usize]
+    }
+
+    /// The value of an op, emitted unless it exists.
+    fn emit(&mut self, op: Op, operands: &[u32], consts: &[f64]) -> Result<u32, SceneError> {
+        if let Some((op, operands, consts)) = self.with_constant(op, operands) {
+            return self.emit(op, &[operands], &[consts]);
+        }
+        let mut a = [0; 4];
+        a[..operands.len()].copy_from_slice(operands);
+        let key = (op, a, consts.iter().map(|v| v.to_bits()).collect());
+        if let Some(id) = self.known.get(&key) {
+            return Ok(*id);
+        }
+        if self.nodes.len() >= MAX_OPS || self.consts.len() + consts.len() > u32::MAX as usize {
+            return Err(SceneError::new("scene", format!("the scene expands to more than {MAX_OPS} operations")));
+        }
+        let (k, n) = (self.consts.len() as u32, consts.len() as u32);
+        self.consts.extend_from_slice(consts);
+        self.nodes.push(Node { op, a, k, n });
+        let id = self.nodes.len() as u32 - 1 + INPUTS;
+        self.known.insert(key, id);
+        Ok(id)
+    }
+
+    /// An op with a constant second operand, as its shorter form with the same bits.
+    fn with_constant(&self, op: Op, operands: &[u32]) -> Option<(Op, u32, f64)> {
+        let constant = |i: usize| self.node(operands[i]).filter(|n| n.op == Op::Const).map(|n| self.consts[n.k as usize]);
+        match op {
+            Op::Add => match (constant(0), constant(1)) {
+                (_, Some(c)) => Some((Op::AddC, operands[0], c)),
+                (Some(c), _) => Some((Op::AddC, operands[1], c)),
+                _ => None,
+            },
+            Op::Mul => match (constant(0), constant(1)) {
+                (_, Some(c)) => Some((Op::MulC, operands[0], c)),
+                (Some(c), _) => Some((Op::MulC, operands[1], c)),
+                _ => None,
+            },
+            Op::Sub => constant(1).map(|c| (Op::SubC, operands[0], c)),
+            Op::Div => constant(1).map(|c| (Op::DivC, operands[0], c)),
+            _ => None,
+        }
+    }
+
+    fn grid(&mut self, grid: &Arc<Grid>) -> f64 {
+        let at = self.grids.iter().position(|g| Arc::ptr_eq(g, grid)).unwrap_or_else(|| {
+            self.grids.push(grid.clone());
+            self.grids.len() - 1
+        });
+        at as f64
+    }
+}

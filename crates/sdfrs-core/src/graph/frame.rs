@@ -1,0 +1,106 @@
+//! Frames: where a part of the scene lies, as coordinates plus an affine map not yet computed.
+
+use std::collections::HashMap;
+
+use super::Graph;
+use crate::{error::SceneError, op::Op};
+
+pub type Matrix = [[f64; 3]; 3];
+
+const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Local point = `m * base + t`.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    pub base: [u32; 3],
+    m: Matrix,
+    t: [f64; 3],
+}
+
+impl Frame {
+    pub fn at(base: [u32; 3]) -> Self {
+        Self { base, m: IDENTITY, t: [0.0; 3] }
+    }
+    pub fn translated(mut self, offset: &[f64; 3]) -> Self {
+        for i in 0..3 {
+            self.t[i] -= offset[i];
+        }
+        self
+    }
+    /// The child is rotated by `r`: the point goes back by its transpose.
+    pub fn rotated(self, r: &Matrix) -> Self {
+        let row = |i: usize, v: [f64; 3]| r[0][i] * v[0] + r[1][i] * v[1] + r[2][i] * v[2];
+        let column = |j: usize| [self.m[0][j], self.m[1][j], self.m[2][j]];
+        Self {
+            base: self.base,
+            m: std::array::from_fn(|i| std::array::from_fn(|j| row(i, column(j)))),
+            t: std::array::from_fn(|i| row(i, self.t)),
+        }
+    }
+    pub fn scaled(mut self, factors: &[f64; 3]) -> Self {
+        for i in 0..3 {
+            self.m[i] = self.m[i].map(|v| v / factors[i]);
+            self.t[i] /= factors[i];
+        }
+        self
+    }
+    /// Where the local origin lies in base coordinates, if the frame is only moved.
+    pub fn moved_to(&self) -> Option<[f64; 3]> {
+        (self.m == IDENTITY).then(|| self.t.map(|v| 0.0 - v))
+    }
+    /// The local point's coordinates as values.
+    pub fn coordinates(&self, graph: &mut Graph) -> Result<[u32; 3], SceneError> {
+        let mut out = self.base;
+        for i in 0..3 {
+            let [a, b, c] = self.m[i];
+            out[i] = match self.moved_to() {
+                Some(centre) if centre[i] == 0.0 => self.base[i],
+                Some(centre) => graph.emit(Op::SubC, &[self.base[i]], &[centre[i]])?,
+                None => graph.emit(Op::Dot, &self.base, &[a, b, c, self.t[i]])?,
+            };
+        }
+        Ok(out)
+    }
+    fn key(&self) -> ([u32; 3], [u64; 12]) {
+        let mut bits = [0; 12];
+        for i in 0..3 {
+            for j in 0..3 {
+                bits[3 * i + j] = self.m[i][j].to_bits();
+            }
+            bits[9 + i] = self.t[i].to_bits();
+        }
+        (self.base, bits)
+    }
+}
+
+/// Frames by number, equal ones once.
+#[derive(Default)]
+pub struct Frames {
+    all: Vec<Frame>,
+    known: HashMap<([u32; 3], [u64; 12]), u32>,
+}
+
+impl Frames {
+    pub fn intern(&mut self, frame: Frame) -> u32 {
+        *self.known.entry(frame.key()).or_insert_with(|| {
+            self.all.push(frame);
+            self.all.len() as u32 - 1
+        })
+    }
+    pub fn get(&self, id: u32) -> Frame {
+        self.all[id as usize]
+    }
+}
+
+/// Rotation by `angle` radians about an axis, right-handed (Rodrigues).
+pub fn rotation(angle: f64, axis: &[f64; 3]) -> Matrix {
+    let len = (axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]).sqrt();
+    let [x, y, z] = axis.map(|v| v / len);
+    let (s, c) = (crate::real::Real::sin(angle), crate::real::Real::cos(angle));
+    let m = 1.0 - c;
+    [
+        [m * x * x + c, m * x * y - z * s, m * x * z + y * s],
+        [m * x * y + z * s, m * y * y + c, m * y * z - x * s],
+        [m * x * z - y * s, m * y * z + x * s, m * z * z + c],
+    ]
+}

@@ -1,0 +1,122 @@
+//! `W` lanes as an array; LLVM turns the fixed loops into vector instructions where the caller's
+//! `target_feature` allows them. Same bits as scalar code: each lane is computed by itself.
+//!
+//! Loops are written out by macro: a closure that isn't inlined would cost a factor of 30.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::{
+    grid::{Grid, Step},
+    real::{Real, Scalar},
+};
+
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Pack<T, const W: usize>(pub [T; W]);
+
+impl<T: Scalar, const W: usize> Pack<T, W> {
+    /// The first `W` values of a slice; the last value again where the slice is shorter.
+    #[inline(always)]
+    pub fn load(src: &[T]) -> Self {
+        let mut r = Pack([T::default(); W]);
+        if let Some(full) = src.first_chunk::<W>() {
+            r.0 = *full;
+        } else if let Some(last) = src.last() {
+            r.0 = [*last; W];
+            r.0[..src.len()].copy_from_slice(src);
+        }
+        r
+    }
+    #[inline(always)]
+    pub fn store(self, dst: &mut [T]) {
+        let n = dst.len().min(W);
+        dst[..n].copy_from_slice(&self.0[..n]);
+    }
+}
+
+macro_rules! lanes {
+    ($i:ident in $r:ident: $value:expr) => {{
+        for $i in 0..W {
+            $r.0[$i] = $value;
+        }
+        $r
+    }};
+}
+
+macro_rules! operator {
+    ($($trait:ident $name:ident $op:tt),*) => {$(
+        impl<T: Scalar, const W: usize> $trait for Pack<T, W> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(mut self, o: Self) -> Self {
+                lanes!(i in self: self.0[i] $op o.0[i])
+            }
+        }
+    )*};
+}
+operator!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl<T: Scalar, const W: usize> Neg for Pack<T, W> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        lanes!(i in self: -self.0[i])
+    }
+}
+
+macro_rules! unary {
+    ($($name:ident),*) => {$(
+        #[inline(always)]
+        fn $name(mut self) -> Self {
+            lanes!(i in self: T::$name(self.0[i]))
+        }
+    )*};
+}
+
+macro_rules! binary {
+    ($($name:ident),*) => {$(
+        #[inline(always)]
+        fn $name(mut self, o: Self) -> Self {
+            lanes!(i in self: T::$name(self.0[i], o.0[i]))
+        }
+    )*};
+}
+
+impl<T: Scalar, const W: usize> Real for Pack<T, W> {
+    type S = T;
+    #[inline(always)]
+    fn splat(s: T) -> Self {
+        Pack([s; W])
+    }
+    unary!(abs, sqrt, floor, sin, cos, exp, ln);
+    binary!(min, max, atan2);
+    #[inline(always)]
+    fn select_lt(a: Self, b: Self, mut x: Self, y: Self) -> Self {
+        lanes!(i in x: if a.0[i] < b.0[i] { x.0[i] } else { y.0[i] })
+    }
+    #[inline(always)]
+    fn any_lt(a: Self, b: Self) -> bool {
+        let mut any = false;
+        for i in 0..W {
+            any |= a.0[i] < b.0[i];
+        }
+        any
+    }
+    #[inline(always)]
+    fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self {
+        let mut r = p[0];
+        lanes!(i in r: grid.sample([p[0].0[i], p[1].0[i], p[2].0[i]], step))
+    }
+    #[inline(always)]
+    fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {
+        let (mut v, mut g) = (p[0], p);
+        for i in 0..W {
+            let (value, slope) = grid.sample_gradient([p[0].0[i], p[1].0[i], p[2].0[i]], step);
+            v.0[i] = value;
+            for a in 0..3 {
+                g[a].0[i] = slope[a];
+            }
+        }
+        (v, g)
+    }
+}

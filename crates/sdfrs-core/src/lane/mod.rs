@@ -1,0 +1,11 @@
+//! Numbers wider than a scalar: packs of lanes, intervals, dual numbers.
+//!
+//! All of them give, lane by lane, the bits of the scalar (packs, values of duals).
+
+mod array;
+mod dual;
+mod interval;
+
+pub use array::Pack;
+pub use dual::Dual;
+pub use interval::Iv;

@@ -1,0 +1,26 @@
+//! Signed distance fields on the CPU: shapes, the tapes they compile to, and their evaluation.
+//!
+//! Data flows one way: `shape -> graph -> tape -> eval -> field`; see ARCHITECTURE.md.
+
+pub mod contract;
+pub mod error;
+pub mod eval;
+pub mod field;
+pub mod file;
+pub mod graph;
+pub mod grid;
+pub mod lane;
+pub mod math;
+pub mod op;
+pub mod pool;
+pub mod real;
+pub mod shape;
+pub mod tape;
+
+pub use contract::{Control, Hits, Limits, Rays, Span, Status};
+pub use error::{FormatError, SceneError};
+pub use eval::{Program, Scratch};
+pub use field::Field;
+pub use grid::{Grid, GridValues};
+pub use real::{Real, Scalar};
+pub use shape::{Args, Shape, Value};

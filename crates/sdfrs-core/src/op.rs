@@ -1,0 +1,206 @@
+//! THE op table: one row an op, and everything else follows from it.
+//!
+//! A row gives the name, the operands, the constants, the Lipschitz rule of an op that formulas may
+//! use, and one kernel written over [`Real`]: the same text runs on f32, f64, packs, intervals and
+//! duals, and is named alike in WGSL. To add an op see CONTRIBUTING.md, recipe 1.
+
+use std::sync::Arc;
+
+use crate::{
+    grid::{Grid, Step},
+    lane::Iv,
+    real::Real,
+};
+
+mod kernel;
+
+/// An operand as the Lipschitz rules see it: its own bound and its certified range.
+#[derive(Debug, Clone, Copy)]
+pub struct Operand {
+    pub lip: f64,
+    pub range: Iv,
+}
+
+impl Operand {
+    /// `bound * lip`, where an operand that doesn't move (lip 0) needs no bound.
+    fn times(self, bound: f64) -> f64 {
+        if self.lip == 0.0 { 0.0 } else { self.lip * bound }
+    }
+}
+
+/// Largest magnitude of 1/v over a range.
+fn inverse_mag(r: Iv) -> f64 {
+    if r.contains(0.0) { f64::INFINITY } else { 1.0 / f64::min(r.lo.abs(), r.hi.abs()) }
+}
+
+/// Everything a kernel may read besides its operands.
+pub struct Tables<'a, S> {
+    pub consts: &'a [S],
+    pub grids: &'a [Arc<Grid>],
+}
+
+/// One instruction: `d = op(a..; consts[k..k + n])`. Slots are indices into the evaluator's memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Ins {
+    pub op: Op,
+    pub d: u32,
+    pub a: [u32; 4],
+    pub k: u32,
+    pub n: u32,
+}
+
+macro_rules! ops {
+    (
+        scalar { $($sn:ident $st:literal ($($sa:ident),*) [$($sk:ident),*] lip($lip:expr) => $sb:expr;)* }
+        solid { $($pn:ident $pt:literal ($($pa:ident),*) [$($pk:ident),*] => $pb:expr;)* }
+        table { $($tn:ident $tt:literal ($($ta:ident),*) |$tk:ident, $tg:ident| => $tb:expr;)* }
+    ) => {
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u16)]
+        pub enum Op { $($sn,)* $($pn,)* $($tn,)* }
+
+        impl Op {
+            pub const ALL: &'static [Op] = &[$(Op::$sn,)* $(Op::$pn,)* $(Op::$tn,)*];
+
+            pub const fn name(self) -> &'static str {
+                match self { $(Op::$sn => $st,)* $(Op::$pn => $pt,)* $(Op::$tn => $tt,)* }
+            }
+            /// Number of operands.
+            pub const fn arity(self) -> usize {
+                match self {
+                    $(Op::$sn => <[&str]>::len(&[$(stringify!($sa)),*]),)*
+                    $(Op::$pn => <[&str]>::len(&[$(stringify!($pa)),*]),)*
+                    $(Op::$tn => <[&str]>::len(&[$(stringify!($ta)),*]),)*
+                }
+            }
+            /// Number of constants; none for the ops that read a table of any length.
+            pub const fn constants(self) -> Option<usize> {
+                match self {
+                    $(Op::$sn => Some(<[&str]>::len(&[$(stringify!($sk)),*])),)*
+                    $(Op::$pn => Some(<[&str]>::len(&[$(stringify!($pk)),*])),)*
+                    $(Op::$tn => None,)*
+                }
+            }
+            /// Lipschitz bound of a scalar op from its operands'; infinite where there is none.
+            #[allow(unused_variables, unused_assignments, unused_mut)]
+            pub fn lipschitz(self, operands: &[Operand]) -> f64 {
+                match self {
+                    $(Op::$sn => {
+                        let mut at = 0;
+                        $(let $sa = operands[at]; at += 1;)*
+                        $lip
+                    })*
+                    _ => f64::INFINITY,
+                }
+            }
+        }
+
+        /// Runs one instruction over `K` values a slot.
+        ///
+        /// # Safety
+        /// `slots` must point to `K` values for every slot that `ins` names, and `ins.k .. ins.k + ins.n`
+        /// must lie inside `t.consts` with the row's number of constants ([`crate::tape::Tape`] checks both).
+        #[inline(always)]
+        #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case)]
+        pub unsafe fn execute<R: Real, const K: usize>(ins: &Ins, slots: *mut R, t: &Tables<R::S>) {
+            // SAFETY (every access below): the caller's promise. Macros, not closures: all must be inlined.
+            macro_rules! load { ($at:expr, $g:expr) => { unsafe { *slots.add($at as usize * K + $g) } }; }
+            macro_rules! store { ($g:expr, $v:expr) => {{ let v = $v; unsafe { *slots.add(ins.d as usize * K + $g) = v } }}; }
+            macro_rules! constant { ($i:expr) => { R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + $i) }) }; }
+            match ins.op {
+                $(Op::$sn => {
+                    let mut ki = 0;
+                    $(let $sk = constant!(ki); ki += 1;)*
+                    for g in 0..K {
+                        let mut ai = 0;
+                        $(let $sa = load!(ins.a[ai], g); ai += 1;)*
+                        store!(g, $sb);
+                    }
+                })*
+                $(Op::$pn => {
+                    let mut ki = 0;
+                    $(let $pk = constant!(ki); ki += 1;)*
+                    for g in 0..K {
+                        let mut ai = 0;
+                        $(let $pa = load!(ins.a[ai], g); ai += 1;)*
+                        store!(g, $pb);
+                    }
+                })*
+                $(Op::$tn => {
+                    let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
+                    let $tg = t.grids;
+                    for g in 0..K {
+                        let mut ai = 0;
+                        $(let $ta = load!(ins.a[ai], g); ai += 1;)*
+                        store!(g, $tb);
+                    }
+                })*
+            }
+        }
+    };
+}
+
+ops! {
+    // What formulas are made of. lip(..): `a.lip` is the operand's bound, `a.range` where it lies.
+    scalar {
+        Const "const" () [v] lip(0.0) => v;
+        Add "add" (a, b) [] lip(a.lip + b.lip) => a + b;
+        Sub "sub" (a, b) [] lip(a.lip + b.lip) => a - b;
+        Mul "mul" (a, b) [] lip(a.times(b.range.mag()) + b.times(a.range.mag())) => a * b;
+        Div "div" (a, b) [] lip(a.times(inverse_mag(b.range)) + b.times(a.range.mag() * inverse_mag(b.range).powi(2))) => a / b;
+        Min "min" (a, b) [] lip(a.lip.max(b.lip)) => a.min(b);
+        Max "max" (a, b) [] lip(a.lip.max(b.lip)) => a.max(b);
+        Neg "neg" (a) [] lip(a.lip) => -a;
+        Abs "abs" (a) [] lip(a.lip) => a.abs();
+        Sqrt "sqrt" (a) [] lip(a.times(0.5 / a.range.lo.max(0.0).sqrt())) => a.sqrt();
+        Square "square" (a) [] lip(a.times(2.0 * a.range.mag())) => a.sq();
+        Floor "floor" (a) [] lip(a.times(f64::INFINITY)) => a.floor();
+        Sign "sign" (a) [] lip(a.times(f64::INFINITY)) => kernel::sign(a);
+        Sin "sin" (a) [] lip(a.lip) => a.sin();
+        Cos "cos" (a) [] lip(a.lip) => a.cos();
+        Tan "tan" (a) [] lip(a.times(f64::INFINITY)) => a.sin() / a.cos();
+        Exp "exp" (a) [] lip(a.times(a.range.hi.exp())) => a.exp();
+        Log "log" (a) [] lip(a.times(if a.range.lo > 0.0 { 1.0 / a.range.lo } else { f64::INFINITY })) => a.ln();
+        Asin "asin" (a) [] lip(a.times(f64::INFINITY)) => kernel::asin(a);
+        Acos "acos" (a) [] lip(a.times(f64::INFINITY)) => kernel::acos(a);
+        Atan "atan" (a) [] lip(a.lip) => a.atan2(R::c(1.0));
+        Atan2 "atan2" (y, x) [] lip(y.times(f64::INFINITY) + x.times(f64::INFINITY)) => y.atan2(x);
+        Mod "mod" (a, b) [] lip(a.times(f64::INFINITY) + b.times(f64::INFINITY)) => a - b * (a / b).floor();
+        Length2 "length2" (a, b) [] lip(a.lip.hypot(b.lip)) => R::len2(a, b);
+        Length3 "length3" (a, b, c) [] lip(a.lip.hypot(b.lip).hypot(c.lip)) => R::len3(a, b, c);
+        Select "select" (a, b, x, y) [] lip(f64::INFINITY) => R::select_lt(a, b, x, y);
+    }
+    // Whole primitives, combinators and steps of transforms: why an interpreter is fast.
+    solid {
+        AddC "add_const" (a) [c] => a + c;
+        SubC "sub_const" (a) [c] => a - c;
+        MulC "mul_const" (a) [c] => a * c;
+        DivC "div_const" (a) [c] => a / c;
+        Dot "dot" (x, y, z) [a, b, c, d] => x * a + y * b + z * c + d;
+        Smin "smooth_min" (a, b) [k] => kernel::smin(a, b, k);
+        Smax "smooth_max" (a, b) [k] => -kernel::smin(-a, -b, k);
+        Shell "shell" (a) [half] => a.abs() - half;
+        Elongate "elongate" (x) [h] => x - x.clamp(-h, h);
+        ElongateInside "elongate_inside" (x, y, z) [hx, hy, hz] => (x.abs() - hx).max((y.abs() - hy).max(z.abs() - hz)).min(R::c(0.0));
+        Repeat "repeat" (x) [period, lo, hi, off] => kernel::repeat(x, period, lo, hi, off);
+        RotX "rotate_x" (c, s, x, y) [] => c * x - s * y;
+        RotY "rotate_y" (c, s, x, y) [] => s * x + c * y;
+        Sphere "sphere" (x, y, z) [cx, cy, cz, r] => R::len3(x - cx, y - cy, z - cz) - r;
+        Box "box" (x, y, z) [hx, hy, hz, r] => kernel::cuboid(x, y, z, [hx, hy, hz], r);
+        Torus "torus" (x, y, z) [major, minor] => R::len2(R::len2(x, z) - major, y) - minor;
+        Cylinder "cylinder" (x, y, z) [r, half] => kernel::cylinder(x, y, z, r, half);
+        Capsule "capsule" (x, y, z) [ax, ay, az, bx, by, bz, inv, r] => kernel::capsule([x - ax, y - ay, z - az], [bx, by, bz], inv, r);
+        Cone "cone" (x, y, z) [half, r0, r1, inv] => kernel::cone(x, y, z, half, r0, r1, inv);
+        Ellipsoid "ellipsoid" (x, y, z) [rx, ry, rz, least] => (R::len3(x / rx, y / ry, z / rz) - R::c(1.0)) * least;
+        Gyroid "gyroid" (x, y, z) [freq, inv, half] => kernel::gyroid(x * freq, y * freq, z * freq).abs() * inv - half;
+    }
+    // Ops over a table of constants of any length, or over a grid.
+    table {
+        SphereUnion "sphere_union" (x, y, z) |k, _grids| => kernel::sphere_union(x, y, z, k);
+        Mandelbulb "mandelbulb" (x, y, z) |k, _grids| => kernel::mandelbulb(z, x, y, k);
+        Texture "texture" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Raw);
+        TextureSafe "texture_safe" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Safe);
+        TextureSafeNegated "texture_safe_negated" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::SafeNegated);
+    }
+}

@@ -1,0 +1,161 @@
+//! The only arithmetic vocabulary: every op kernel is written once against [`Real`] and runs on
+//! scalars, packs of lanes, intervals and dual numbers.
+//!
+//! Law: no fused multiply-add anywhere; min and max are `if a < b {a} else {b}`.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::{
+    grid::{Grid, Step},
+    math::Math,
+};
+
+/// A number an op kernel can work on.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    type S: Scalar;
+    fn splat(s: Self::S) -> Self;
+    #[inline(always)]
+    fn c(v: f64) -> Self {
+        Self::splat(Self::S::of(v))
+    }
+    fn min(self, o: Self) -> Self;
+    fn max(self, o: Self) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    fn floor(self) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
+    fn atan2(self, x: Self) -> Self;
+    /// `x` where `a < b`, else `y`.
+    fn select_lt(a: Self, b: Self, x: Self, y: Self) -> Self;
+    /// Whether `a < b` may hold anywhere; lets loops end early.
+    fn any_lt(a: Self, b: Self) -> bool;
+    /// Trilinear sample of a grid.
+    fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self;
+    /// The sample and the slope of the interpolant.
+    fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]);
+    #[inline(always)]
+    fn sq(self) -> Self {
+        self * self
+    }
+    #[inline(always)]
+    fn len2(a: Self, b: Self) -> Self {
+        (a.sq() + b.sq()).sqrt()
+    }
+    #[inline(always)]
+    fn len3(a: Self, b: Self, c: Self) -> Self {
+        (a.sq() + b.sq() + c.sq()).sqrt()
+    }
+    #[inline(always)]
+    fn clamp(self, lo: Self, hi: Self) -> Self {
+        self.max(lo).min(hi)
+    }
+}
+
+/// f32 or f64.
+pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + Sync + 'static {
+    /// Spacing of numbers just above 1: `ulp(x) = EPS * |x|`.
+    const EPS: Self;
+    const INFINITY: Self;
+    fn of(v: f64) -> Self;
+    fn f64(self) -> f64;
+    fn is_finite(self) -> bool;
+    fn is_nan(self) -> bool;
+}
+
+macro_rules! scalar {
+    ($t:ty) => {
+        impl Scalar for $t {
+            const EPS: Self = <$t>::EPSILON;
+            const INFINITY: Self = <$t>::INFINITY;
+            #[inline(always)]
+            fn of(v: f64) -> Self {
+                v as $t
+            }
+            #[inline(always)]
+            fn f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                <$t>::is_finite(self)
+            }
+            #[inline(always)]
+            fn is_nan(self) -> bool {
+                <$t>::is_nan(self)
+            }
+        }
+
+        impl Real for $t {
+            type S = $t;
+            #[inline(always)]
+            fn splat(s: Self) -> Self {
+                s
+            }
+            #[inline(always)]
+            fn min(self, o: Self) -> Self {
+                if self < o { self } else { o }
+            }
+            #[inline(always)]
+            fn max(self, o: Self) -> Self {
+                if self > o { self } else { o }
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$t>::sqrt(self)
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                <$t>::floor(self)
+            }
+            #[inline(always)]
+            fn sin(self) -> Self {
+                self.m_sin()
+            }
+            #[inline(always)]
+            fn cos(self) -> Self {
+                self.m_cos()
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                self.m_exp()
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                self.m_ln()
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                self.m_atan2(x)
+            }
+            #[inline(always)]
+            fn select_lt(a: Self, b: Self, x: Self, y: Self) -> Self {
+                if a < b { x } else { y }
+            }
+            #[inline(always)]
+            fn any_lt(a: Self, b: Self) -> bool {
+                a < b
+            }
+            #[inline(always)]
+            fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self {
+                grid.sample(p, step)
+            }
+            #[inline(always)]
+            fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {
+                grid.sample_gradient(p, step)
+            }
+        }
+    };
+}
+
+scalar!(f32);
+scalar!(f64);

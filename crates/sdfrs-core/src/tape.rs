@@ -1,0 +1,116 @@
+//! From the graph to a program: an order that keeps few values alive, and slots to keep them in.
+
+use std::sync::Arc;
+
+use crate::{
+    graph::{Graph, INPUTS},
+    grid::Grid,
+    op::{Ins, Tables},
+    real::Scalar,
+};
+
+/// A checked program: every slot is below `slots`, every constant range inside `consts`.
+///
+/// The fields are private on purpose: the evaluator's `unsafe` reads rely on them.
+#[derive(Debug, Clone)]
+pub struct Tape<T> {
+    ins: Vec<Ins>,
+    consts: Vec<T>,
+    grids: Vec<Arc<Grid>>,
+    slots: u32,
+    root: u32,
+}
+
+impl<T: Scalar> Tape<T> {
+    pub fn new(graph: &Graph) -> Self {
+        let order = order(graph);
+        let mut uses = vec![0u32; graph.nodes.len() + INPUTS as usize];
+        for &id in &order {
+            for operand in operands(graph, id) {
+                uses[*operand as usize] += 1;
+            }
+        }
+        uses[graph.root as usize] += 1;
+        let mut slot_of = vec![u32::MAX; uses.len()];
+        let mut free: Vec<u32> = Vec::new();
+        let mut slots = INPUTS;
+        for i in 0..INPUTS {
+            slot_of[i as usize] = i;
+        }
+        let mut ins = Vec::with_capacity(order.len());
+        for &id in &order {
+            let node = graph.nodes[(id - INPUTS) as usize];
+            let mut a = [0; 4];
+            for (slot, &operand) in a.iter_mut().zip(operands(graph, id)) {
+                *slot = slot_of[operand as usize];
+            }
+            for &operand in operands(graph, id) {
+                uses[operand as usize] -= 1;
+                // The coordinates' slots are never given away: every chunk fills them afresh.
+                if uses[operand as usize] == 0 && operand >= INPUTS {
+                    free.push(slot_of[operand as usize]);
+                }
+            }
+            let d = free.pop().unwrap_or_else(|| {
+                slots += 1;
+                slots - 1
+            });
+            slot_of[id as usize] = d;
+            ins.push(Ins { op: node.op, d, a, k: node.k, n: node.n });
+        }
+        let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
+        let tape = Self { ins, consts, grids: graph.grids.clone(), slots, root: slot_of[graph.root as usize] };
+        tape.check();
+        tape
+    }
+
+    /// The promise behind the evaluator's `unsafe`.
+    fn check(&self) {
+        for i in &self.ins {
+            let slots = i.a[..i.op.arity()].iter().chain([&i.d]).all(|s| *s < self.slots);
+            let consts = (i.k as usize + i.n as usize) <= self.consts.len() && i.op.constants().is_none_or(|n| n == i.n as usize);
+            assert!(slots && consts, "{i:?} leaves the program's memory");
+        }
+        assert!(self.root < self.slots);
+    }
+
+    pub fn instructions(&self) -> &[Ins] {
+        &self.ins
+    }
+    pub fn slots(&self) -> usize {
+        self.slots as usize
+    }
+    pub fn root(&self) -> usize {
+        self.root as usize
+    }
+    pub fn tables(&self) -> Tables<'_, T> {
+        Tables { consts: &self.consts, grids: &self.grids }
+    }
+}
+
+fn operands(graph: &Graph, id: u32) -> &[u32] {
+    graph.node(id).map_or(&[], |n| &n.a[..n.op.arity()])
+}
+
+/// Nodes the root needs, each after its operands and as late as the first use allows.
+fn order(graph: &Graph) -> Vec<u32> {
+    let mut done = vec![false; graph.nodes.len() + INPUTS as usize];
+    let mut out = Vec::with_capacity(graph.nodes.len());
+    let mut stack = vec![(graph.root, 0usize)];
+    while let Some((id, next)) = stack.pop() {
+        if id < INPUTS || done[id as usize] {
+            continue;
+        }
+        match operands(graph, id).get(next) {
+            Some(&operand) => {
+                stack.push((id, next + 1));
+                stack.push((operand, 0));
+            }
+            None => {
+                done[id as usize] = true;
+                out.push(id);
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,199 @@
+//! A node of the scene graph as Python holds it; `sdfrs.Shape` and `sdfrs.Expr` wrap it.
+
+use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::{
+    IntoPyObjectExt,
+    exceptions::PyTypeError,
+    prelude::*,
+    types::{PyBool, PyFloat, PyInt, PyList, PyString},
+};
+use sdfrs_core::{Args, Grid, GridValues, Shape, Value};
+
+use crate::{
+    args::{Number, flat, rows, triples},
+    call::{self, Progress},
+    error::{Fault, scene},
+    values,
+};
+
+type Corners = ([f64; 3], [f64; 3]);
+
+/// An immutable node: a shape or a part of a formula.
+#[pyclass(frozen, module = "sdfrs._core")]
+pub struct Node {
+    pub shape: Shape,
+}
+
+fn value(name: &str, v: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if v.is_none() {
+        return Ok(Value::None);
+    }
+    if v.is_instance_of::<PyBool>() {
+        return Err(PyTypeError::new_err(format!("{name} must not be a bool")));
+    }
+    if v.is_instance_of::<PyInt>() {
+        return Ok(Value::Int(v.extract().map_err(|_| scene(format!("{name} is too large: {v}")))?));
+    }
+    if v.is_instance_of::<PyFloat>() {
+        return Ok(Value::Num(v.extract()?));
+    }
+    if v.is_instance_of::<PyString>() {
+        return Ok(Value::Text(v.extract()?));
+    }
+    if let Ok(items) = v.extract::<Vec<Bound<'_, PyAny>>>()
+        && items.len() == 3
+    {
+        if items.iter().all(|i| i.is_instance_of::<PyInt>()) {
+            return Ok(Value::Ints3(v.extract()?));
+        }
+        return Ok(Value::Vec3(v.extract()?));
+    }
+    Err(PyTypeError::new_err(format!("{name} must be a number, a text, three numbers or None, got {}", v.repr()?)))
+}
+
+#[pymethods]
+impl Node {
+    /// A node by the name of its op, its arguments and its operands.
+    #[staticmethod]
+    fn build(op: &str, args: Vec<(String, Bound<'_, PyAny>)>, children: Bound<'_, PyList>) -> PyResult<Self> {
+        let args: PyResult<Args> = args.into_iter().map(|(n, v)| value(&n, &v).map(|v| (n, v))).collect();
+        let shapes: PyResult<Vec<Shape>> =
+            children.iter().map(|c| Ok(c.cast::<Node>()?.get().shape.clone())).collect();
+        Ok(Self { shape: Shape::build(op, args?, shapes?).map_err(Fault::from)? })
+    }
+
+    /// A grid of samples [z, y, x] between two corners.
+    #[staticmethod]
+    fn texture(py: Python<'_>, values: &Bound<'_, PyAny>, lo: [f64; 3], hi: [f64; 3]) -> PyResult<Self> {
+        let (values, dims) = if let Ok(v) = values.extract::<PyReadonlyArray3<'_, f32>>() {
+            (GridValues::F32(v.as_array().iter().copied().collect()), v.dims())
+        } else if let Ok(v) = values.extract::<PyReadonlyArray3<'_, f64>>() {
+            (GridValues::F64(v.as_array().iter().copied().collect()), v.dims())
+        } else {
+            return Err(PyTypeError::new_err("values must be a 3-dimensional float32 or float64 array"));
+        };
+        let [nz, ny, nx] = [dims[0], dims[1], dims[2]];
+        call::short(py, || Ok(Self { shape: Shape::texture(Grid::new(values, [nx, ny, nz], lo, hi)?)? }))
+    }
+
+    #[getter]
+    fn op(&self) -> &'static str {
+        self.shape.op()
+    }
+
+    /// Arguments by name, as `build` takes them.
+    #[getter]
+    fn args<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
+        let convert = |v: Value| match v {
+            Value::Num(v) => v.into_bound_py_any(py),
+            Value::Int(v) => v.into_bound_py_any(py),
+            Value::Vec3([x, y, z]) => (x, y, z).into_bound_py_any(py),
+            Value::Ints3([x, y, z]) => (x, y, z).into_bound_py_any(py),
+            Value::Text(v) => v.into_bound_py_any(py),
+            Value::None => Ok(py.None().into_bound(py)),
+        };
+        self.shape.args().into_iter().map(|(name, v)| Ok((name, convert(v)?))).collect()
+    }
+
+    #[getter]
+    fn children(&self) -> Vec<Node> {
+        self.shape.children().iter().map(|shape| Node { shape: shape.clone() }).collect()
+    }
+
+    #[getter]
+    fn is_expr(&self) -> bool {
+        self.shape.is_expr()
+    }
+
+    #[getter]
+    fn depends_on_point(&self) -> bool {
+        self.shape.depends_on_point()
+    }
+
+    #[getter]
+    fn lipschitz(&self) -> f64 {
+        self.shape.lipschitz()
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        corners(py, self.shape.bounds())
+    }
+
+    /// Values at points, (N, 3) -> (N,).
+    fn values<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        fn run<'py, T: Number>(
+            py: Python<'py>,
+            shape: &Shape,
+            points: Vec<[T; 3]>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            let few = points.len() <= values::FEW;
+            let work = move |control: &_| Ok(values::values(shape, &points, control)?);
+            let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
+            flat(py, out?).into_bound_py_any(py)
+        }
+        match points.extract::<PyReadonlyArray2<'_, f32>>() {
+            Ok(array) => run(py, &self.shape, rows(&array)?),
+            Err(_) => run(py, &self.shape, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
+        }
+    }
+
+    /// Slopes at points, (N, 3) -> (N, 3).
+    fn gradient<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        fn run<'py, T: Number>(
+            py: Python<'py>,
+            shape: &Shape,
+            points: Vec<[T; 3]>,
+        ) -> PyResult<Bound<'py, PyAny>> {
+            let few = points.len() <= values::FEW;
+            let work = move |control: &_| Ok(values::gradients(shape, &points, control)?);
+            let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
+            triples(py, out?)
+        }
+        match points.extract::<PyReadonlyArray2<'_, f32>>() {
+            Ok(array) => run(py, &self.shape, rows(&array)?),
+            Err(_) => run(py, &self.shape, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
+        }
+    }
+
+    /// Bounds of the values over a box.
+    fn interval(&self, py: Python<'_>, lo: [f64; 3], hi: [f64; 3]) -> PyResult<(f64, f64)> {
+        call::short(py, || Ok(sdfrs_core::eval::interval(&self.shape, lo, hi)?))
+    }
+
+    /// The samples of a texture, [z, y, x].
+    fn grid_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let grid = self.grid()?;
+        let [nx, ny, nz] = grid.dims();
+        let size = [nz, ny, nx];
+        match grid.values() {
+            GridValues::F32(v) => array(flat(py, v.to_vec()).reshape(size)?),
+            GridValues::F64(v) => array(flat(py, v.to_vec()).reshape(size)?),
+        }
+    }
+
+    /// The corners of a texture.
+    fn grid_bounds<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        corners(py, self.grid()?.bounds())
+    }
+}
+
+impl Node {
+    fn grid(&self) -> PyResult<&Grid> {
+        match self.shape.grid() {
+            Some(grid) => Ok(grid),
+            None => Err(PyTypeError::new_err(format!("{} is not a texture", self.shape.op()))),
+        }
+    }
+}
+
+fn array<'py, T: numpy::Element>(array: Bound<'py, PyArray3<T>>) -> PyResult<Bound<'py, PyAny>> {
+    let py = array.py();
+    array.into_bound_py_any(py)
+}
+
+/// Two corners as tuples of floats.
+fn corners<'py>(py: Python<'py>, (lo, hi): Corners) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let tuple = |[x, y, z]: [f64; 3]| (x, y, z).into_bound_py_any(py);
+    Ok((tuple(lo)?, tuple(hi)?))
+}

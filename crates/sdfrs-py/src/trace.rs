@@ -1,0 +1,229 @@
+//! Tracing rays and rendering pictures: settings in, arrays out.
+
+use std::time::Instant;
+
+use numpy::PyReadonlyArray2;
+use pyo3::{prelude::*, types::PyDict};
+use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, Span, contract, eval::Native};
+use sdfrs_trace::{
+    Tracer, budget,
+    camera::Camera,
+    march,
+    render::{self, Scene},
+    shade::Surface,
+    stats::Summary,
+};
+
+use crate::{
+    args::{self, CameraArg, Number, SpanArg, flat, triples},
+    call::{self, Progress},
+    error::Fault,
+    node::Node,
+    scene::{self, LightArg},
+};
+
+/// What every trace needs besides its rays.
+struct Job<'a> {
+    shape: &'a Shape,
+    tracer: Tracer,
+    limits: Limits,
+}
+
+impl<'a> Job<'a> {
+    fn new(node: &'a Bound<'_, Node>, tracer: &str, parts: &Bound<'_, PyDict>, limits: Limits) -> PyResult<Self> {
+        Ok(Self { shape: &node.get().shape, tracer: args::tracer(tracer, parts)?, limits })
+    }
+}
+
+/// Traces rays given as (N, 3) arrays of one precision.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one call from one place: trace() in render.py
+pub fn trace<'py>(
+    py: Python<'py>,
+    node: &Bound<'py, Node>,
+    tracer: &str,
+    parts: &Bound<'py, PyDict>,
+    origins: &Bound<'py, PyAny>,
+    directions: &Bound<'py, PyAny>,
+    t_min: &Bound<'py, PyAny>,
+    t_max: &Bound<'py, PyAny>,
+    eps: f64,
+    cone: f64,
+    max_steps: u32,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    fn run<'py, T: Number>(
+        py: Python<'py>,
+        job: &Job<'_>,
+        rays: [PyReadonlyArray2<'py, T>; 2],
+        spans: [SpanArg<T>; 2],
+        callback: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (origins, mut directions) = (args::rows(&rays[0])?, args::rows(&rays[1])?);
+        let progress = Progress { callback, total: origins.len() as u64 };
+        let (hits, summary) = call::long(py, &progress, move |control| {
+            contract::check_rays(&origins, &mut directions)?;
+            let rays =
+                Rays { origins: &origins, directions: &directions, t_min: spans[0].span(), t_max: spans[1].span() };
+            march(job, &rays, control)
+        })?;
+        hits_fields(py, hits, &summary)
+    }
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    if let (Ok(o), Ok(d)) = (origins.extract(), directions.extract()) {
+        return run::<f32>(py, &job, [o, d], [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress);
+    }
+    let rays = [origins.extract()?, directions.extract()?];
+    run::<f64>(py, &job, rays, [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress)
+}
+
+fn march<T: Native>(job: &Job<'_>, rays: &Rays<'_, T>, control: &Control) -> Result<(Hits<T>, Summary), Fault> {
+    let program = Program::<T>::for_tracing(job.shape)?;
+    let start = Instant::now();
+    let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let summary = Summary::of(&hits, seconds, job.shape.lipschitz(), program.tape().instructions().len() as u64);
+    Ok((hits, summary))
+}
+
+/// Traces the rays of a camera.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one call from one place: trace_stats() in render.py
+pub fn trace_camera<'py>(
+    py: Python<'py>,
+    node: &Bound<'py, Node>,
+    camera: CameraArg,
+    tracer: &str,
+    parts: &Bound<'py, PyDict>,
+    t_max: f64,
+    eps: f64,
+    cone: f64,
+    max_steps: u32,
+    precision: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    fn run<'py, T: Number>(
+        py: Python<'py>,
+        job: &Job<'_>,
+        camera: &Camera,
+        t_max: f64,
+        callback: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let progress = Progress { callback, total: camera.pixels() };
+        let (hits, summary) = call::long(py, &progress, |control| {
+            budget::check_image(camera.width.into(), camera.height.into())?;
+            let (origins, directions) = camera.rays::<T>()?;
+            let (t_min, t_max) = (Span::All(T::of(0.0)), Span::All(T::of(t_max)));
+            march(job, &Rays { origins: &origins, directions: &directions, t_min, t_max }, control)
+        })?;
+        hits_fields(py, hits, &summary)
+    }
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    let camera = camera.get().map_err(Fault::from)?;
+    if args::is_f32(precision)? {
+        run::<f32>(py, &job, &camera, t_max, progress)
+    } else {
+        run::<f64>(py, &job, &camera, t_max, progress)
+    }
+}
+
+/// Renders a picture.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one call from one place: render() in render.py
+pub fn render<'py>(
+    py: Python<'py>,
+    node: &Bound<'py, Node>,
+    camera: CameraArg,
+    lights: Vec<LightArg>,
+    background: [f64; 3],
+    albedo: [f64; 3],
+    tracer: &str,
+    parts: &Bound<'py, PyDict>,
+    t_max: f64,
+    eps: f64,
+    cone: f64,
+    max_steps: u32,
+    precision: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    fn run<'py, T: Number>(
+        py: Python<'py>,
+        job: &Job<'_>,
+        scene: &Scene<'_>,
+        t_max: f64,
+        callback: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let progress = Progress { callback, total: scene.camera.pixels() };
+        let (picture, summary) = call::long(py, &progress, |control| {
+            let picture = render::render::<T>(scene, &job.tracer, &job.limits, t_max, control)?;
+            let seconds = picture.timings.trace_seconds;
+            // The tape's length belongs to the statistics; compiling it again costs far less than a picture.
+            let nodes = Program::<T>::for_tracing(job.shape)?.tape().instructions().len() as u64;
+            let summary = Summary::of(&picture.hits, seconds, job.shape.lipschitz(), nodes);
+            Ok((picture, summary))
+        })?;
+        let dict = hits_fields(py, picture.hits, &summary)?;
+        dict.set_item("rgb", flat(py, picture.rgb.into_flattened()))?;
+        dict.set_item("normals", triples(py, picture.normals)?)?;
+        dict.set_item("trace_seconds", picture.timings.trace_seconds)?;
+        dict.set_item("shade_seconds", picture.timings.shade_seconds)?;
+        Ok(dict)
+    }
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    let camera = camera.get().map_err(Fault::from)?;
+    let lights = scene::lights(lights);
+    let scene = Scene { shape: job.shape, camera: &camera, lights: &lights, surface: Surface { albedo, background } };
+    if args::is_f32(precision)? {
+        run::<f32>(py, &job, &scene, t_max, progress)
+    } else {
+        run::<f64>(py, &job, &scene, t_max, progress)
+    }
+}
+
+/// The arrays and the numbers of a trace, by the names of their Python fields.
+fn hits_fields<'py, T: Number>(py: Python<'py>, hits: Hits<T>, summary: &Summary) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("t", flat(py, hits.t))?;
+    dict.set_item("status", flat(py, hits.status))?;
+    dict.set_item("steps", flat(py, hits.steps))?;
+    dict.set_item("fallbacks", flat(py, hits.fallbacks))?;
+    dict.set_item("multiplier", flat(py, hits.multiplier))?;
+    dict.set_item("distance", flat(py, hits.distance))?;
+    dict.set_item("witness", flat(py, hits.witness))?;
+    dict.set_item("flags", flat(py, hits.flags))?;
+    dict.set_item("summary", summary_fields(py, summary)?)?;
+    Ok(dict)
+}
+
+fn summary_fields<'py>(py: Python<'py>, s: &Summary) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let counts = [
+        ("rays", s.rays),
+        ("hits", s.hits),
+        ("misses", s.misses),
+        ("out_of_steps", s.out_of_steps),
+        ("invalid", s.invalid),
+        ("crossings", s.crossings),
+        ("precision_limited", s.precision_limited),
+        ("inside", s.inside),
+        ("p50_steps", s.p50_steps.into()),
+        ("p99_steps", s.p99_steps.into()),
+        ("max_steps", s.max_steps.into()),
+        ("fallbacks", s.fallbacks),
+        ("evaluations", s.evaluations),
+        ("node_evaluations", s.node_evaluations),
+    ];
+    for (name, value) in counts {
+        dict.set_item(name, value)?;
+    }
+    let figures = [
+        ("mean_steps", s.mean_steps),
+        ("seconds", s.seconds),
+        ("witness", s.witness),
+        ("lipschitz_observed", s.lipschitz_observed),
+    ];
+    for (name, value) in figures {
+        dict.set_item(name, value)?;
+    }
+    Ok(dict)
+}

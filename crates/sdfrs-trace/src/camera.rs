@@ -1,0 +1,213 @@
+//! Cameras: which ray belongs to which pixel.
+//!
+//! Right-handed; pixel (0, 0) is the top left one and rays pass through pixel centres. Everything is
+//! computed in f64 with the crate's own sine and cosine, so that the rays have the same bits on every
+//! machine, and is rounded once, to the precision of the trace.
+//!
+//! Twin: the GPU's camera set-up. Law: directions have unit length; the centre of the image looks at
+//! the target; the top of the image is on the side of `up` (tests below).
+
+use std::ops::Range;
+
+use sdfrs_core::{Scalar, SceneError, math::Math};
+
+use crate::budget;
+
+/// How pixels spread: over an angle or over a length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// Vertical field of view in degrees, between 0 and 180.
+    Pinhole { fov_deg: f64 },
+    /// Height of the image in world units.
+    Orthographic { extent: f64 },
+}
+
+/// A camera at `origin` looking at `target`, with `up` towards the top of the image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    pub kind: Kind,
+    pub origin: [f64; 3],
+    pub target: [f64; 3],
+    pub up: [f64; 3],
+    /// Pixels.
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Camera {
+    /// Refuses what has no picture: numbers that are not finite, no direction, absurd sizes.
+    pub fn check(&self) -> Result<(), SceneError> {
+        self.frame().map(|_| ())
+    }
+
+    /// The same camera for another image size.
+    pub fn resized(mut self, width: u32, height: u32) -> Self {
+        (self.width, self.height) = (width, height);
+        self
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The checked camera, ready to give rays.
+    pub fn frame(&self) -> Result<Frame, SceneError> {
+        budget::check_pixels(u64::from(self.width), u64::from(self.height))?;
+        for (name, v) in [("origin", self.origin), ("target", self.target), ("up", self.up)] {
+            if v.iter().any(|c| !c.is_finite()) {
+                return Err(refuse(name, format!("got {v:?}, allowed: finite numbers")));
+            }
+        }
+        let (origin, target) = (self.origin, self.target);
+        let Some(forward) = unit(sub(target, origin)) else {
+            let message = format!(
+                "got {target:?}, allowed: a point apart from the origin {origin:?}, at a finite distance"
+            );
+            return Err(refuse("target", message));
+        };
+        let right = unit(self.up)
+            .map(|up| cross(forward, up))
+            .filter(|side| dot(*side, *side) > 1e-18)
+            .and_then(unit);
+        let Some(right) = right else {
+            let message =
+                format!("got {:?}, allowed: a vector that is not parallel to the view {forward:?}", self.up);
+            return Err(refuse("up", message));
+        };
+        Ok(Frame {
+            origin,
+            forward,
+            right,
+            up: cross(right, forward),
+            half: self.half_height()?,
+            perspective: matches!(self.kind, Kind::Pinhole { .. }),
+            size: [f64::from(self.width), f64::from(self.height)],
+            width: u64::from(self.width),
+        })
+    }
+
+    /// Half the height of the image: at unit distance, or in world units without perspective.
+    fn half_height(&self) -> Result<f64, SceneError> {
+        match self.kind {
+            Kind::Pinhole { fov_deg } => {
+                let angle = fov_deg.to_radians() / 2.0;
+                let half = angle.m_sin() / angle.m_cos();
+                if !(fov_deg > 0.0 && fov_deg < 180.0 && half > 0.0 && half.is_finite()) {
+                    return Err(refuse(
+                        "fov",
+                        format!("got {fov_deg} degrees, allowed: above 0 and below 180"),
+                    ));
+                }
+                Ok(half)
+            }
+            Kind::Orthographic { extent } => {
+                if !(extent > 0.0 && extent.is_finite()) {
+                    return Err(refuse("extent", format!("got {extent}, allowed: a finite length above 0")));
+                }
+                Ok(extent / 2.0)
+            }
+        }
+    }
+
+    /// Origin and unit direction of one pixel's ray.
+    pub fn ray(&self, px: u32, py: u32) -> Result<([f64; 3], [f64; 3]), SceneError> {
+        if px >= self.width || py >= self.height {
+            let message = format!("got ({px}, {py}), allowed: inside {} x {}", self.width, self.height);
+            return Err(refuse("pixel", message));
+        }
+        Ok(self.frame()?.ray(px, py))
+    }
+
+    /// Origins and directions of all rays, row-major from the top left pixel.
+    pub fn rays<T: Scalar>(&self) -> Result<(Vec<[T; 3]>, Vec<[T; 3]>), SceneError> {
+        let frame = self.frame()?;
+        budget::check_bytes("camera rays", self.pixels() * 6 * size_of::<T>() as u64)?;
+        let (mut origins, mut directions) = (Vec::new(), Vec::new());
+        frame.fill(0..self.pixels(), &mut origins, &mut directions);
+        Ok((origins, directions))
+    }
+}
+
+/// A camera's axes and scale, computed once.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    origin: [f64; 3],
+    forward: [f64; 3],
+    right: [f64; 3],
+    up: [f64; 3],
+    half: f64,
+    perspective: bool,
+    size: [f64; 2],
+    width: u64,
+}
+
+impl Frame {
+    /// Origin and unit direction of the ray through the centre of a pixel.
+    pub fn ray(&self, px: u32, py: u32) -> ([f64; 3], [f64; 3]) {
+        let [w, h] = self.size;
+        let x = (2.0 * (f64::from(px) + 0.5) - w) / h * self.half;
+        let y = (h - 2.0 * (f64::from(py) + 0.5)) / h * self.half;
+        let offset: [f64; 3] = std::array::from_fn(|i| x * self.right[i] + y * self.up[i]);
+        if self.perspective {
+            let v = add(self.forward, offset);
+            let length = dot(v, v).sqrt();
+            (self.origin, v.map(|c| c / length))
+        } else {
+            (add(self.origin, offset), self.forward)
+        }
+    }
+
+    /// Appends the rays of consecutive pixels.
+    pub fn fill<T: Scalar>(
+        &self,
+        pixels: Range<u64>,
+        origins: &mut Vec<[T; 3]>,
+        directions: &mut Vec<[T; 3]>,
+    ) {
+        let count = pixels.end.saturating_sub(pixels.start) as usize;
+        origins.reserve(count);
+        directions.reserve(count);
+        for i in pixels {
+            // Both fit: a checked camera has at most 65536 columns and rows.
+            let (o, d) = self.ray((i % self.width) as u32, (i / self.width) as u32);
+            origins.push(o.map(T::of));
+            directions.push(d.map(T::of));
+        }
+    }
+}
+
+fn refuse(what: &str, message: String) -> SceneError {
+    SceneError::new(format!("camera {what}"), message)
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The vector at unit length, or none where it has no direction. Scaled first: squares of large or
+/// small components would overflow or vanish.
+fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
+    let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    let v = v.map(|c| c / largest);
+    let length = dot(v, v).sqrt();
+    Some(v.map(|c| c / length))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+use sdfrs_core::{Status, Value};
+
+use super::*;
+use crate::camera::Kind;
+
+const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 1000 };
+
+fn sphere() -> Shape {
+    Shape::build("sphere", vec![("radius".into(), Value::Num(1.0))], vec![]).unwrap()
+}
+
+fn camera(width: u32, height: u32) -> Camera {
+    Camera {
+        kind: Kind::Pinhole { fov_deg: 40.0 },
+        origin: [3.0, 2.0, 4.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        width,
+        height,
+    }
+}
+
+fn picture<T: Native>(shape: &Shape, camera: &Camera) -> Picture<T> {
+    let lights = [PointLight::at([4.0, 6.0, 3.0])];
+    let scene = Scene { shape, camera, lights: &lights, surface: Surface::default() };
+    render(&scene, &Tracer::Basic { guards: true }, &LIMITS, 100.0, &Control::new()).unwrap()
+}
+
+/// Everything that must not depend on how the work is split.
+fn bits<T: Native>(p: &Picture<T>) -> (Vec<u64>, Vec<u32>, Vec<[u8; 3]>, Vec<[u32; 3]>) {
+    let t = p.hits.t.iter().map(|t| t.f64().to_bits()).collect();
+    (t, p.hits.steps.clone(), p.rgb.clone(), p.normals.iter().map(|n| n.map(f32::to_bits)).collect())
+}
+
+#[test]
+fn a_sphere_is_where_it_should_be() {
+    fn run<T: Native>(tolerance: f64) {
+        let camera = camera(61, 47);
+        let p = picture::<T>(&sphere(), &camera);
+        let (mut hits, mut misses) = (0, 0);
+        for y in 0..camera.height {
+            for x in 0..camera.width {
+                let i = (y * camera.width + x) as usize;
+                let (o, d) = camera.ray(x, y).unwrap();
+                let b: f64 = (0..3).map(|a| o[a] * d[a]).sum();
+                let gap = o.iter().map(|v| v * v).sum::<f64>() - b * b;
+                let t = p.depth()[i].f64();
+                if gap > 1.001 {
+                    assert_eq!((p.hits.status[i], p.normals[i]), (Status::Miss as u8, [0.0; 3]));
+                    assert!(t == f64::INFINITY && p.rgb[i] == [237, 242, 250]);
+                    misses += 1;
+                } else if gap < 0.98 {
+                    assert_eq!(p.hits.status[i], Status::Hit as u8);
+                    assert!((t - (-b - (1.0 - gap).sqrt())).abs() < 1e-3, "pixel {x} {y}: {t}");
+                    for a in 0..3 {
+                        let want = o[a] + t * d[a];
+                        assert!((f64::from(p.normals[i][a]) - want).abs() < tolerance, "pixel {x} {y}");
+                    }
+                    hits += 1;
+                }
+            }
+        }
+        assert!(hits > 500 && misses > 500, "{hits} {misses}");
+        assert_eq!(p.summary.rays, 61 * 47);
+    }
+    // A hit lies up to eps above the surface.
+    run::<f32>(2e-4);
+    run::<f64>(2e-4);
+}
+
+#[test]
+fn the_lit_side_is_bright() {
+    let camera = camera(41, 41);
+    let p = picture::<f32>(&sphere(), &camera);
+    let (bright, dark) = (p.rgb[41 * 17 + 20], p.rgb[41 * 24 + 15]);
+    assert!(bright[0] > dark[0], "{bright:?} {dark:?}");
+}
+
+#[test]
+fn hits_are_those_of_the_cameras_rays() {
+    fn run<T: Native>() {
+        let (shape, camera) = (sphere(), camera(37, 31));
+        let p = picture::<T>(&shape, &camera);
+        let (origins, mut directions) = camera.rays::<T>().unwrap();
+        contract::check_rays(&origins, &mut directions).unwrap();
+        let spans = (Span::All(T::of(0.0)), Span::All(T::of(100.0)));
+        let rays = Rays { origins: &origins, directions: &directions, t_min: spans.0, t_max: spans.1 };
+        let program = Program::<T>::for_tracing(&shape).unwrap();
+        let tracer = Tracer::Basic { guards: true };
+        let hits = march::trace(&program, &tracer, &rays, &LIMITS, &Control::new()).unwrap();
+        assert_eq!((&hits.t, &hits.steps, &hits.status), (&p.hits.t, &p.hits.steps, &p.hits.status));
+        let (again, summary) =
+            trace_camera(&shape, &camera, &tracer, &LIMITS, 100.0, &Control::new()).unwrap();
+        assert_eq!((&hits.t, &hits.steps), (&again.t, &again.steps));
+        assert_eq!(summary.evaluations, p.summary.evaluations);
+    }
+    run::<f32>();
+    run::<f64>();
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let (shape, camera) = (sphere(), camera(113, 71));
+    let mut seen = Vec::new();
+    for threads in [1, 2, 5] {
+        pool::set_threads(threads);
+        seen.push((bits(&picture::<f32>(&shape, &camera)), bits(&picture::<f64>(&shape, &camera))));
+    }
+    pool::set_threads(0);
+    assert!(seen.windows(2).all(|w| w[0] == w[1]));
+    // The comparison can fail: a grown sphere gives other bits.
+    let grown = Shape::build("dilate", vec![("radius".into(), Value::Num(1e-3))], vec![shape]).unwrap();
+    assert_ne!(bits(&picture::<f32>(&grown, &camera)), seen[0].0);
+}
+
+#[test]
+fn bands_join_without_a_seam() {
+    // More pixels than one band holds.
+    let camera = camera(640, 480);
+    let p = picture::<f32>(&sphere(), &camera);
+    assert!(camera.pixels() > BAND && p.rgb.len() == 640 * 480 && p.hits.flags.len() == 640 * 480);
+    let row = (BAND / 640) as usize;
+    for i in [row * 640 - 1, row * 640 + 320, 640 * 480 - 1] {
+        let small = camera.ray((i % 640) as u32, (i / 640) as u32).unwrap();
+        let (origins, directions) = (vec![small.0.map(|v| v as f32)], vec![small.1.map(|v| v as f32)]);
+        let mut directions = directions;
+        contract::check_rays(&origins, &mut directions).unwrap();
+        let rays = Rays {
+            origins: &origins,
+            directions: &directions,
+            t_min: Span::All(0.0),
+            t_max: Span::All(100.0),
+        };
+        let program = Program::<f32>::for_tracing(&sphere()).unwrap();
+        let hit =
+            march::trace(&program, &Tracer::Basic { guards: true }, &rays, &LIMITS, &Control::new()).unwrap();
+        assert_eq!((hit.t[0], hit.steps[0]), (p.hits.t[i], p.hits.steps[i]), "pixel {i}");
+    }
+}
+
+#[test]
+fn out_of_steps_is_shaded_where_it_got_to() {
+    let (shape, camera) = (sphere(), camera(21, 21));
+    let scene = Scene { shape: &shape, camera: &camera, lights: &[], surface: Surface::default() };
+    let limits = Limits { max_steps: 2, ..LIMITS };
+    let tracer = Tracer::Basic { guards: true };
+    let p = render::<f32>(&scene, &tracer, &limits, 100.0, &Control::new()).unwrap();
+    let i = 21 * 4 + 10;
+    assert_eq!(p.hits.status[i], Status::OutOfSteps as u8);
+    assert!(p.hits.t[i].is_finite() && p.normals[i] != [0.0; 3]);
+    assert_eq!(p.rgb[i], scene.surface.pixel(&[], Status::Hit as u8, [0.0f32; 3], [0.0; 3]));
+}
+
+#[test]
+fn refusals_come_before_work() {
+    let (shape, camera) = (sphere(), camera(8, 8));
+    let good = Scene { shape: &shape, camera: &camera, lights: &[], surface: Surface::default() };
+    let dark = [PointLight { intensity: f64::NAN, ..PointLight::at([0.0; 3]) }];
+    let blind = Camera { target: camera.origin, ..camera };
+    let broken = Surface { albedo: [f64::NAN; 3], ..Surface::default() };
+    let run = |scene: Scene, limits: Limits, t_max: f64| {
+        render::<f32>(&scene, &Tracer::Basic { guards: true }, &limits, t_max, &Control::new())
+    };
+    assert!(run(good, LIMITS, 100.0).is_ok());
+    assert!(run(Scene { lights: &dark, ..good }, LIMITS, 100.0).is_err());
+    assert!(run(Scene { camera: &blind, ..good }, LIMITS, 100.0).is_err());
+    assert!(run(Scene { surface: broken, ..good }, LIMITS, 100.0).is_err());
+    assert!(run(good, Limits { eps: 0.0, ..LIMITS }, 100.0).is_err());
+    assert!(run(good, LIMITS, f64::NAN).is_err());
+    assert!(run(good, LIMITS, -1.0).is_err());
+    let stopped = Control::new();
+    stopped.cancel();
+    let result = render::<f32>(&good, &Tracer::Basic { guards: true }, &LIMITS, 100.0, &stopped);
+    assert_eq!(result.err(), Some(TraceError::Cancelled));
+}

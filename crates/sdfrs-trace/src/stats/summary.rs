@@ -1,0 +1,155 @@
+//! One line about many rays.
+//!
+//! A step is one evaluation of the field. Percentiles are nearest-rank: the value at position
+//! `ceil(q n)` of the sorted counts, so they are counts that really occurred. Law: the same numbers as
+//! sorting everything (tests below), whatever the number of threads.
+
+use sdfrs_core::{
+    Hits, Scalar, Status,
+    contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
+};
+
+/// Counts of one trace; zeros where there were no rays.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Summary {
+    pub rays: u64,
+    pub hits: u64,
+    pub misses: u64,
+    pub out_of_steps: u64,
+    pub invalid: u64,
+    /// Rays on which a safe step passed the surface: the field is steeper than declared.
+    pub crossings: u64,
+    /// Hits decided by the floor of 4 ulp instead of `eps`.
+    pub precision_limited: u64,
+    /// Rays that started inside the solid.
+    pub inside: u64,
+    pub mean_steps: f64,
+    pub p50_steps: u32,
+    pub p99_steps: u32,
+    pub max_steps: u32,
+    pub fallbacks: u64,
+    /// Field evaluations: the sum of the steps.
+    pub evaluations: u64,
+    /// Instructions run for them.
+    pub node_evaluations: u64,
+    pub seconds: f64,
+    /// Steepest slope seen along a ray, in units of the declared bound: above 1.01 it was too small.
+    pub witness: f64,
+    /// The same in the shape's own units.
+    pub lipschitz_observed: f64,
+}
+
+impl Summary {
+    /// `nodes` instructions run per evaluation of a field whose declared bound is `lipschitz`.
+    pub fn of<T: Scalar>(hits: &Hits<T>, seconds: f64, lipschitz: f64, nodes: u64) -> Self {
+        let status = |s: Status| count(&hits.status, |v| v == s as u8);
+        let flag = |bit: u8| count(&hits.flags, |v| v & bit != 0);
+        let sum = |v: &[u32]| v.iter().map(|&n| u64::from(n)).sum::<u64>();
+        let evaluations = sum(&hits.steps);
+        let mut steps = hits.steps.clone();
+        // A NaN compares false and is left out.
+        let witness = hits.witness.iter().fold(0.0, |most, w| if w.f64() > most { w.f64() } else { most });
+        Self {
+            rays: hits.status.len() as u64,
+            hits: status(Status::Hit),
+            misses: status(Status::Miss),
+            out_of_steps: status(Status::OutOfSteps),
+            invalid: status(Status::Invalid),
+            crossings: flag(FLAG_CROSSING),
+            precision_limited: flag(FLAG_PRECISION),
+            inside: flag(FLAG_INSIDE),
+            mean_steps: if steps.is_empty() { 0.0 } else { evaluations as f64 / steps.len() as f64 },
+            p50_steps: percentile(&mut steps, 50),
+            p99_steps: percentile(&mut steps, 99),
+            max_steps: percentile(&mut steps, 100),
+            fallbacks: sum(&hits.fallbacks),
+            evaluations,
+            node_evaluations: evaluations.saturating_mul(nodes),
+            seconds,
+            witness,
+            lipschitz_observed: witness * lipschitz,
+        }
+    }
+}
+
+/// Rays still active after `n` steps, for `n` from 0 to the largest count.
+pub fn active_rays(steps: &[u32]) -> Vec<u64> {
+    let longest = steps.iter().copied().max().unwrap_or(0) as usize;
+    let mut active = vec![0u64; longest + 1];
+    for &n in steps {
+        // A ray of n steps is active after 0, .., n - 1.
+        if n > 0 {
+            active[n as usize - 1] += 1;
+        }
+    }
+    for i in (0..longest).rev() {
+        active[i] += active[i + 1];
+    }
+    active
+}
+
+fn count(values: &[u8], test: impl Fn(u8) -> bool) -> u64 {
+    values.iter().filter(|&&v| test(v)).count() as u64
+}
+
+/// Nearest-rank percentile by selection; reorders `values`.
+fn percentile(values: &mut [u32], percent: u64) -> u32 {
+    let rank = (values.len() as u64 * percent).div_ceil(100).max(1) as usize;
+    if values.is_empty() { 0 } else { *values.select_nth_unstable(rank - 1).1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hits(steps: Vec<u32>) -> Hits<f64> {
+        let n = steps.len();
+        Hits {
+            t: vec![1.0; n],
+            status: (0..n).map(|i| (i % 4) as u8).collect(),
+            fallbacks: vec![2; n],
+            multiplier: vec![1.0; n],
+            distance: vec![0.0; n],
+            witness: (0..n).map(|i| if i == 1 { f64::NAN } else { i as f64 / 100.0 }).collect(),
+            flags: (0..n).map(|i| (i % 8) as u8).collect(),
+            steps,
+        }
+    }
+
+    #[test]
+    fn counts_by_hand() {
+        let s = Summary::of(&hits(vec![5, 1, 9, 1, 3, 2, 2, 8]), 0.5, 2.0, 10);
+        assert_eq!((s.rays, s.hits, s.misses, s.out_of_steps, s.invalid), (8, 2, 2, 2, 2));
+        assert_eq!((s.inside, s.crossings, s.precision_limited), (4, 4, 4));
+        assert_eq!((s.mean_steps, s.p50_steps, s.p99_steps, s.max_steps), (31.0 / 8.0, 2, 9, 9));
+        assert_eq!((s.fallbacks, s.evaluations, s.node_evaluations), (16, 31, 310));
+        assert_eq!((s.witness, s.lipschitz_observed), (0.07, 0.14));
+    }
+
+    #[test]
+    fn percentiles_equal_those_of_the_sorted_counts() {
+        for n in [1u32, 2, 3, 99, 100, 101, 1000] {
+            let steps: Vec<u32> = (0..n).map(|i| i.wrapping_mul(2_654_435_761) >> 20).collect();
+            let mut sorted = steps.clone();
+            sorted.sort_unstable();
+            let s = Summary::of(&hits(steps), 0.0, 1.0, 1);
+            let at = |q: u32| sorted[((n * q).div_ceil(100) - 1) as usize];
+            assert_eq!((s.p50_steps, s.p99_steps, s.max_steps), (at(50), at(99), at(100)));
+        }
+    }
+
+    #[test]
+    fn no_rays_give_zeros() {
+        let s = Summary::of(&hits(vec![]), 0.0, 1.0, 1);
+        assert_eq!(s, Summary::default());
+        assert_eq!(active_rays(&[]), [0]);
+    }
+
+    #[test]
+    fn the_curve_falls_to_zero_and_sums_to_the_evaluations() {
+        let steps = [5, 1, 9, 1, 3, 0, 2, 8];
+        let curve = active_rays(&steps);
+        assert_eq!(curve, [7, 5, 4, 3, 3, 2, 2, 2, 1, 0]);
+        assert_eq!(curve.iter().sum::<u64>(), steps.iter().map(|&n| u64::from(n)).sum::<u64>());
+    }
+}

@@ -1,0 +1,63 @@
+//! Basic sphere tracing: the step is the radius. Hart 1996; 000 Algorithm 1, 002 Algorithm 1.
+//!
+//! Departure of both forms: the t of a hit is where its r was evaluated, not t + r. The letter form
+//! stalls where r falls below an ulp of t (62 % of f32 rays at t = 1e4 with eps 1e-4).
+
+use sdfrs_core::{Scalar, Status};
+
+use super::{
+    guarded::Rule,
+    walk::{Next, Range, Sample, Tally, Walk},
+};
+
+pub struct Basic;
+
+impl<T: Scalar> Rule<T> for Basic {
+    #[inline]
+    fn first(&self, r: T) -> T {
+        r
+    }
+    #[inline]
+    fn slope(&self, m: T, _seen: T) -> T {
+        m
+    }
+    #[inline]
+    fn next(&self, r: T, _m: T) -> T {
+        r
+    }
+}
+
+/// Algorithm 1 as printed.
+pub struct Letter;
+
+impl<T: Scalar> Walk<T> for Letter {
+    /// The last sample, once there is one.
+    type State = Option<(T, T)>;
+
+    fn start(&self, range: &Range<T>) -> (Self::State, T) {
+        (None, range.t_min)
+    }
+
+    fn step(&self, last: &mut Self::State, s: &Sample<T>, range: &Range<T>, tally: &mut Tally<T>) -> Next<T> {
+        if let Some((t, r)) = *last {
+            tally.observe(r, s, s.t - t);
+            tally.accept(T::of(1.0));
+        }
+        let first = last.replace((s.t, s.r)).is_none();
+        tally.at(s.t, s.r);
+        if s.r.is_nan() {
+            return Next::Done(Status::Invalid);
+        }
+        if s.r <= s.e {
+            return if first { tally.hit_at_start(s, range) } else { tally.hit(s, range) };
+        }
+        let t = s.t + s.r;
+        if t >= range.t_max {
+            Next::Done(Status::Miss)
+        } else if tally.spent() {
+            Next::Done(Status::OutOfSteps)
+        } else {
+            Next::Ask(t)
+        }
+    }
+}

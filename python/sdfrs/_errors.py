@@ -1,0 +1,77 @@
+"""The errors of the package: one base, one class per kind of fault.
+
+The compiled module raises these very classes, so that ``except sdfrs.Error``
+catches whatever the package itself refuses.
+"""
+
+
+class Error(Exception):
+    """Base of every error that the package raises on its own account.
+
+    Examples:
+        >>> import sdfrs
+        >>> try:
+        ...     sdfrs.sphere(-1)
+        ... except sdfrs.Error as error:
+        ...     print(type(error).__name__)
+        SceneError
+    """
+
+
+class SceneError(Error, ValueError):
+    """A shape, camera, ray or setting that cannot be: asked, got, allowed.
+
+    Examples:
+        >>> import sdfrs
+        >>> issubclass(sdfrs.SceneError, ValueError)
+        True
+    """
+
+
+class FormatError(Error, ValueError):
+    """A file that is not what it says; the message holds the path inside it.
+
+    Examples:
+        >>> import sdfrs
+        >>> issubclass(sdfrs.FormatError, sdfrs.Error)
+        True
+    """
+
+
+class DeviceError(Error, RuntimeError):
+    """A device that this build or this machine does not have.
+
+    Examples:
+        >>> import sdfrs
+        >>> sdfrs.render(sdfrs.sphere(), device="gpu")
+        Traceback (most recent call last):
+        ...
+        sdfrs.DeviceError: device: asked for 'gpu', but this build has only 'cpu' (allowed: 'cpu', 'auto')
+    """
+
+
+class InternalError(Error, RuntimeError):
+    """A fault of the package itself, caught before it could end the process.
+
+    Please report it, with the scene that led to it.
+
+    Examples:
+        >>> import sdfrs
+        >>> issubclass(sdfrs.InternalError, RuntimeError)
+        True
+    """
+
+
+class LipschitzWarning(UserWarning):
+    """A traced field was steeper than its declared bound; names the factor to declare.
+
+    Examples:
+        >>> import sdfrs
+        >>> issubclass(sdfrs.LipschitzWarning, UserWarning)
+        True
+    """
+
+
+for _class in (Error, SceneError, FormatError, DeviceError, InternalError, LipschitzWarning):
+    _class.__module__ = "sdfrs"
+del _class

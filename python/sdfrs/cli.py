@@ -1,0 +1,232 @@
+"""The command line: ``sdfrs render | stats | doctor``, in the words of the functions.
+
+Results go to stdout, progress and complaints to stderr; exit codes 0 ok, 1 failed, 2 usage, 130 interrupted.
+
+Examples:
+    >>> from sdfrs.cli import main
+    >>> main(["stats", "csg", "--size", "16x9", "--tracer", "basic", "--json"])  # doctest: +ELLIPSIS
+    {...}
+    0
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, Optional
+
+from ._errors import Error
+from .tracers import TRACERS, Tracer
+
+_SCENE_HELP = "a scene file, or a named scene (csg, village, composition, mandelbulb, gyroid, spheres1000, ...)"
+
+
+def parse_tracer(text: str) -> Tracer:
+    """A tracer from ``name`` or ``name:parameter=value,...``.
+
+    Examples:
+        >>> from sdfrs.cli import parse_tracer
+        >>> parse_tracer("relaxed:omega=1.2,form=2018")
+        Relaxed(omega=1.2, form='2018', guards=True)
+    """
+    name, _, rest = text.partition(":")
+    if name not in TRACERS:
+        raise argparse.ArgumentTypeError(f"unknown tracer {name!r} (choose from {', '.join(TRACERS)})")
+    kinds: dict[str, Any] = {"omega": float, "beta": float, "max_level": int, "form": str, "guards": _flag}
+    parts: dict[str, Any] = {}
+    for item in filter(None, rest.split(",")):
+        key, found, value = item.partition("=")
+        if not found or key not in TRACERS[name].__dataclass_fields__:  # type: ignore[attr-defined]
+            allowed = ", ".join(TRACERS[name].__dataclass_fields__)  # type: ignore[attr-defined]
+            raise argparse.ArgumentTypeError(f"{name} takes {allowed} as parameter=value, got {item!r}")
+        try:
+            parts[key] = kinds[key](value)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{name}: {key} cannot be {value!r}") from None
+    try:
+        return TRACERS[name](**parts)
+    except Error as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _flag(text: str) -> bool:
+    try:
+        return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
+    except KeyError:
+        raise ValueError(text) from None
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, cross, height = text.lower().partition("x")
+    if not (cross and width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"a size is WIDTHxHEIGHT, like 1280x720, got {text!r}")
+    return int(width), int(height)
+
+
+def _parser() -> argparse.ArgumentParser:
+    from . import __version__
+
+    parser = argparse.ArgumentParser(prog="sdfrs", description="Signed distance functions, sphere traced.")
+    parser.add_argument("--version", action="version", version=f"sdfrs {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="command")
+
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("scene", help=_SCENE_HELP)
+    common.add_argument("--eps", type=float, default=1e-4, help="hit threshold, world units (default 1e-4)")
+    common.add_argument("--cone", type=float, default=0.0, help="pixel radius at unit distance (default 0)")
+    common.add_argument("--max-steps", type=int, default=1000, help="evaluations per ray (default 1000)")
+    common.add_argument("--t-max", type=float, default=100.0, help="end of the rays, world units (default 100)")
+    common.add_argument("--precision", choices=("f32", "f64"), default="f32")
+    common.add_argument("--device", default="auto", help="cpu or auto (default auto)")
+    common.add_argument("--size", type=_size, metavar="WxH", help="pixels (default: the scene's camera)")
+    common.add_argument("--threads", type=int, help="0: SDFRS_THREADS, else all cores (default)")
+    common.add_argument("--json", action="store_true", help="print the numbers as JSON")
+    common.add_argument("--quiet", action="store_true", help="no progress on stderr")
+    tracer_help = "name, or name:parameter=value,... such as relaxed:omega=1.2,form=2018 (default auto_relaxed)"
+
+    render = commands.add_parser("render", parents=[common], help="render a scene to a picture")
+    render.add_argument("-o", "--output", metavar="FILE", help="picture (default: NAME.png)")
+    render.add_argument("--tracer", type=parse_tracer, default=TRACERS["auto_relaxed"](), help=tracer_help)
+    render.add_argument(
+        "--heatmap", action="append", default=[], choices=("steps", "fallbacks", "multiplier", "depth"),
+        help="also write this map, to OUTPUT-MAP.png; may be given several times",
+    )  # fmt: skip
+    stats = commands.add_parser("stats", parents=[common], help="measure tracers on a scene, without shading")
+    stats.add_argument("--tracer", type=parse_tracer, action="append", help=f"{tracer_help}; may be given several times")
+    doctor = commands.add_parser("doctor", help="versions, threads, instruction set, and what is missing")
+    doctor.add_argument("--json", action="store_true", help="print as JSON")
+    return parser
+
+
+def _settings(args: argparse.Namespace) -> dict[str, Any]:
+    names = ("eps", "cone", "max_steps", "t_max", "precision", "device")
+    # tqdm and the plain line both hide from files and pipes that only want the result.
+    show = not args.quiet and sys.stderr.isatty()
+    return {**{name: getattr(args, name) for name in names}, "progress": True if show else None}
+
+
+def _open(args: argparse.Namespace) -> tuple[Any, Any]:
+    from .camera import fitted
+    from .render import set_threads
+    from .scene import load
+
+    if args.threads is not None:
+        set_threads(args.threads)
+    scene = load(args.scene)
+    camera = scene.camera
+    if args.size is not None:
+        camera = fitted(scene.shape, *args.size) if camera is None else camera.resized(*args.size)
+    return scene, camera
+
+
+def _print_json(value: Any) -> None:
+    import json
+
+    print(json.dumps(value, indent=2))
+
+
+def _render(args: argparse.Namespace) -> None:
+    from .image import save_pil
+    from .render import render
+
+    scene, camera = _open(args)
+    output = args.output or os.path.splitext(os.path.basename(args.scene))[0] + ".png"
+    image = render(scene, camera, tracer=args.tracer, **_settings(args))
+    image.save(output)
+    files = {"rgb": output}
+    for name in dict.fromkeys(args.heatmap):
+        stem, ending = os.path.splitext(output)
+        files[name] = f"{stem}-{name}{ending}"
+        save_pil(image.heatmap(name), files[name])
+    numbers = asdict(image.summary)
+    if args.json:
+        timings = asdict(image.timings)
+        _print_json({"files": files, "tracer": repr(args.tracer), "device": image.device, **timings, "summary": numbers})
+        return
+    for path in files.values():
+        print(path)
+    summary, timings_ = image.summary, image.timings
+    print(
+        f"{summary.hits:,} hits, {summary.mean_steps:.1f} steps per ray (p99 {summary.p99_steps}), "
+        f"trace {timings_.trace_seconds:.3f} s, shade {timings_.shade_seconds:.3f} s, {image.device}"
+    )
+
+
+_COLUMNS = (
+    "hits", "misses", "out_of_steps", "mean_steps", "p50_steps", "p99_steps", "fallbacks", "evaluations", "seconds",
+)  # fmt: skip
+
+
+def _stats(args: argparse.Namespace) -> None:
+    from .render import trace_stats
+
+    scene, camera = _open(args)
+    runs = []
+    for tracer in args.tracer or [TRACERS["auto_relaxed"]()]:
+        runs.append((tracer, trace_stats(scene, camera, tracer=tracer, **_settings(args))))
+    if args.json:
+        results = [{"tracer": repr(tracer), "summary": asdict(st.summary)} for tracer, st in runs]
+        _print_json({"scene": args.scene, "device": runs[0][1].settings.device, "runs": results})
+        return
+    rows = [("tracer", *(name.replace("_", " ") for name in _COLUMNS))]
+    for tracer, st in runs:
+        values = (getattr(st.summary, name) for name in _COLUMNS)
+        rows.append((_label(tracer), *(f"{v:.3f}" if isinstance(v, float) else f"{v:,}" for v in values)))
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    for row in rows:
+        print("  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:]))]))
+
+
+def _label(tracer: Tracer) -> str:
+    """The name, and whatever differs from the defaults, as --tracer takes it."""
+    plain = type(tracer)()
+    extra = [f"{k}={v}" for k, v in tracer._parts().items() if v != getattr(plain, k)]
+    return tracer.name + (":" + ",".join(extra) if extra else "")
+
+
+def _doctor(args: argparse.Namespace) -> None:
+    from .doctor import examine
+
+    report = examine()
+    if args.json:
+        _print_json(report)
+        return
+    for key, value in report.items():
+        if key != "missing":
+            print(f"{key:<16} {value}")
+    for line in report["missing"] or ["nothing"]:
+        print(f"{'missing':<16} {line}")
+
+
+def main(argv: Optional[Sequence[str]] = None) -> int:
+    """Runs a command; returns the exit code.
+
+    Examples:
+        >>> from sdfrs.cli import main
+        >>> main(["render"])
+        2
+    """
+    try:
+        args = _parser().parse_args(argv)
+    except SystemExit as stop:  # argparse has said what was wrong
+        return int(stop.code or 0)
+    try:
+        {"render": _render, "stats": _stats, "doctor": _doctor}[args.command](args)
+    except KeyboardInterrupt:
+        print("sdfrs: interrupted, nothing half-written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader left; what is still buffered has nowhere to go.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (Error, OSError, ImportError, MemoryError) as error:
+        print(f"sdfrs: {error or type(error).__name__}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
