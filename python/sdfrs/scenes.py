@@ -71,7 +71,7 @@ def _house(width: float, height: float, depth: float, pitch: float, ridge_along:
     # The panes lie a little behind the walls, on opposite sides at once.
     panes = box(at(0.22, 0.3, 2 * depth), center=at(width / 4, 0.62 * height, 0)).mirror(side)
     side_panes = box(at(2 * width, 0.3, 0.26), center=at(0, 0.62 * height, depth / 4)).mirror(front)
-    door = box(at(0.26, 0.9 * height, 2 * depth))
+    door = box(at(0.26, 1.3 * height, 2 * depth))
     openings = (panes | side_panes | door) - box(at(width - 0.1, 2 * height, depth - 0.1))
     thick, over = 0.07, 0.16
     roof = intersection(

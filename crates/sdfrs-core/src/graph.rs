@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Most ops of a scene: shared parts at different places are counted at each place.
-pub const MAX_OPS: usize = 1 << 22;
+pub const MAX_OPS: usize = 1 << 21;
 /// Nodes 0, 1, 2 are the point's coordinates.
 pub const INPUTS: u32 = 3;
 

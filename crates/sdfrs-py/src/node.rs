@@ -1,6 +1,6 @@
 //! A node of the scene graph as Python holds it; `sdfrs.Shape` and `sdfrs.Expr` wrap it.
 
-use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::{
     IntoPyObjectExt,
     exceptions::PyTypeError,

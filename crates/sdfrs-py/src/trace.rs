@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use numpy::PyReadonlyArray2;
 use pyo3::{prelude::*, types::PyDict};
-use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, Span, contract, eval::Native};
+use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, contract, eval::Native};
 use sdfrs_trace::{
-    Tracer, budget,
+    Tracer,
     camera::Camera,
     march,
-    render::{self, Scene},
+    render::{self as picture, Scene},
     shade::Surface,
     stats::Summary,
 };
@@ -82,7 +82,7 @@ fn march<T: Native>(job: &Job<'_>, rays: &Rays<'_, T>, control: &Control) -> Res
     let start = Instant::now();
     let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
-    let summary = Summary::of(&hits, seconds, job.shape.lipschitz(), program.tape().instructions().len() as u64);
+    let summary = Summary::of(&hits, seconds, job.shape.meta().lip_trace, program.tape().instructions().len() as u64);
     Ok((hits, summary))
 }
 
@@ -111,10 +111,7 @@ pub fn trace_camera<'py>(
     ) -> PyResult<Bound<'py, PyDict>> {
         let progress = Progress { callback, total: camera.pixels() };
         let (hits, summary) = call::long(py, &progress, |control| {
-            budget::check_image(camera.width.into(), camera.height.into())?;
-            let (origins, directions) = camera.rays::<T>()?;
-            let (t_min, t_max) = (Span::All(T::of(0.0)), Span::All(T::of(t_max)));
-            march(job, &Rays { origins: &origins, directions: &directions, t_min, t_max }, control)
+            Ok(picture::trace_camera::<T>(job.shape, camera, &job.tracer, &job.limits, t_max, control)?)
         })?;
         hits_fields(py, hits, &summary)
     }
@@ -154,15 +151,10 @@ pub fn render<'py>(
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let progress = Progress { callback, total: scene.camera.pixels() };
-        let (picture, summary) = call::long(py, &progress, |control| {
-            let picture = render::render::<T>(scene, &job.tracer, &job.limits, t_max, control)?;
-            let seconds = picture.timings.trace_seconds;
-            // The tape's length belongs to the statistics; compiling it again costs far less than a picture.
-            let nodes = Program::<T>::for_tracing(job.shape)?.tape().instructions().len() as u64;
-            let summary = Summary::of(&picture.hits, seconds, job.shape.lipschitz(), nodes);
-            Ok((picture, summary))
+        let picture = call::long(py, &progress, |control| {
+            Ok(picture::render::<T>(scene, &job.tracer, &job.limits, t_max, control)?)
         })?;
-        let dict = hits_fields(py, picture.hits, &summary)?;
+        let dict = hits_fields(py, picture.hits, &picture.summary)?;
         dict.set_item("rgb", flat(py, picture.rgb.into_flattened()))?;
         dict.set_item("normals", triples(py, picture.normals)?)?;
         dict.set_item("trace_seconds", picture.timings.trace_seconds)?;

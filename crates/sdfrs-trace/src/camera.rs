@@ -7,8 +7,6 @@
 //! Twin: the GPU's camera set-up. Law: directions have unit length; the centre of the image looks at
 //! the target; the top of the image is on the side of `up` (tests below).
 
-use std::ops::Range;
-
 use sdfrs_core::{Scalar, SceneError, math::Math};
 
 use crate::budget;
@@ -21,6 +19,9 @@ pub enum Kind {
     /// Height of the image in world units.
     Orthographic { extent: f64 },
 }
+
+/// Origins and unit directions.
+pub type Batch<T> = (Vec<[T; 3]>, Vec<[T; 3]>);
 
 /// A camera at `origin` looking at `target`, with `up` towards the top of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,12 +121,10 @@ impl Camera {
     }
 
     /// Origins and directions of all rays, row-major from the top left pixel.
-    pub fn rays<T: Scalar>(&self) -> Result<(Vec<[T; 3]>, Vec<[T; 3]>), SceneError> {
+    pub fn rays<T: Scalar>(&self) -> Result<Batch<T>, SceneError> {
         let frame = self.frame()?;
         budget::check_bytes("camera rays", self.pixels() * 6 * size_of::<T>() as u64)?;
-        let (mut origins, mut directions) = (Vec::new(), Vec::new());
-        frame.fill(0..self.pixels(), &mut origins, &mut directions);
-        Ok((origins, directions))
+        Ok((0..self.pixels()).map(|i| frame.pixel(i)).map(|(o, d)| (o.map(T::of), d.map(T::of))).unzip())
     }
 }
 
@@ -158,22 +157,10 @@ impl Frame {
         }
     }
 
-    /// Appends the rays of consecutive pixels.
-    pub fn fill<T: Scalar>(
-        &self,
-        pixels: Range<u64>,
-        origins: &mut Vec<[T; 3]>,
-        directions: &mut Vec<[T; 3]>,
-    ) {
-        let count = pixels.end.saturating_sub(pixels.start) as usize;
-        origins.reserve(count);
-        directions.reserve(count);
-        for i in pixels {
-            // Both fit: a checked camera has at most 65536 columns and rows.
-            let (o, d) = self.ray((i % self.width) as u32, (i / self.width) as u32);
-            origins.push(o.map(T::of));
-            directions.push(d.map(T::of));
-        }
+    /// The ray of the `i`-th pixel, row by row.
+    pub fn pixel(&self, i: u64) -> ([f64; 3], [f64; 3]) {
+        // Both fit: a checked camera has at most 65536 columns and rows.
+        self.ray((i % self.width) as u32, (i / self.width) as u32)
     }
 }
 

@@ -1,26 +1,29 @@
 //! From a scene and a camera to a picture: trace, then normals, then light.
 //!
-//! Rays are made band by band, tile by tile, never all at once. Twin: the GPU's render.
+//! Rays are made as they are needed, never all at once. Twin: the GPU's render.
 //! Law: the same bits for any number of threads, and the hits are those of `march::trace` on the
 //! camera's rays (tests below).
 
 use std::time::Instant;
 
 use rayon::prelude::*;
-use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, Span, Status, contract, eval::Native, pool};
+use sdfrs_core::{
+    Control, Hits, Limits, Program, Shape, Span, Status,
+    contract::{check_rays, check_spans},
+    eval::Native,
+    pool,
+};
 
 use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march,
+    march::{self, Ray, Source},
     shade::{PointLight, Surface, normal::Gradients},
     stats::Summary,
     tracer::Tracer,
 };
 
-/// Rays in memory at a time: some hundred tiles, so that no worker waits long for the last one.
-const BAND: u64 = 1 << 18;
 /// Consecutive pixels shaded by one worker at a time.
 const TILE: usize = 1024;
 
@@ -60,6 +63,41 @@ impl<T> Picture<T> {
     }
 }
 
+/// The rays of a camera, each made when it is asked for.
+struct CameraRays<T> {
+    frame: Frame,
+    count: usize,
+    t_max: T,
+}
+
+impl<T: Native> CameraRays<T> {
+    /// Refuses cameras whose picture this machine can't hold, or whose rays this precision can't.
+    fn new(camera: &Camera, tracer: &Tracer, t_max: f64) -> Result<Self, TraceError> {
+        let frame = camera.frame()?;
+        budget::check_image(camera.width.into(), camera.height.into())?;
+        let t_max = T::of(t_max);
+        check_spans(1, &Span::All(T::of(0.0)), &Span::All(t_max), tracer.needs_finite_range())?;
+        // Origins are affine over the image: where the corners are finite, all are.
+        let (right, bottom) = (camera.width - 1, camera.height - 1);
+        let corners = [(0, 0), (right, 0), (0, bottom), (right, bottom)].map(|(x, y)| frame.ray(x, y));
+        check_rays(&corners.map(|(o, _)| o.map(T::of)), &mut corners.map(|(_, d)| d.map(T::of)))?;
+        Ok(Self { frame, count: camera.pixels() as usize, t_max })
+    }
+}
+
+impl<T: Native> Source<T> for CameraRays<T> {
+    fn count(&self) -> usize {
+        self.count
+    }
+    fn ray(&self, i: usize) -> Ray<T> {
+        let (o, d) = self.frame.pixel(i as u64);
+        let d = d.map(T::of);
+        // As `check_rays` does for rays that come as a batch, so that both give the same bits.
+        let length = T::len3(d[0], d[1], d[2]);
+        Ray { origin: o.map(T::of), direction: d.map(|v| v / length), t_min: T::of(0.0), t_max: self.t_max }
+    }
+}
+
 /// Traces all rays of a camera from t = 0, without shading.
 pub fn trace_camera<T: Native>(
     shape: &Shape,
@@ -70,9 +108,9 @@ pub fn trace_camera<T: Native>(
     control: &Control,
 ) -> Result<(Hits<T>, Summary), TraceError> {
     let program = Program::<T>::for_tracing(shape)?;
-    let frame = checked(camera)?;
+    let rays = CameraRays::new(camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = trace_frame(&program, &frame, camera.pixels(), tracer, limits, t_max, control)?;
+    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
     let summary = summarise(shape, &program, &hits, start.elapsed().as_secs_f64());
     Ok((hits, summary))
 }
@@ -88,12 +126,12 @@ pub fn render<T: Native>(
     scene.surface.check()?;
     scene.lights.iter().try_for_each(PointLight::check)?;
     let program = Program::<T>::for_tracing(scene.shape)?;
-    let frame = checked(scene.camera)?;
+    let rays = CameraRays::new(scene.camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = trace_frame(&program, &frame, scene.camera.pixels(), tracer, limits, t_max, control)?;
+    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let (normals, rgb) = shade(&program, &frame, scene, &hits, control)?;
+    let (normals, rgb) = Shading { program: &program, rays: &rays, scene, hits: &hits }.run(control)?;
     let shade_seconds = start.elapsed().as_secs_f64();
     Ok(Picture {
         width: scene.camera.width,
@@ -106,150 +144,82 @@ pub fn render<T: Native>(
     })
 }
 
-/// The camera's frame, if there is memory for its picture.
-fn checked(camera: &Camera) -> Result<Frame, TraceError> {
-    let frame = camera.frame()?;
-    budget::check_image(camera.width.into(), camera.height.into())?;
-    Ok(frame)
-}
-
 fn summarise<T: Native>(shape: &Shape, program: &Program<T>, hits: &Hits<T>, seconds: f64) -> Summary {
     Summary::of(hits, seconds, shape.meta().lip_trace, program.tape().instructions().len() as u64)
 }
 
-fn trace_frame<T: Native>(
-    program: &Program<T>,
-    frame: &Frame,
-    pixels: u64,
-    tracer: &Tracer,
-    limits: &Limits,
-    t_max: f64,
-    control: &Control,
-) -> Result<Hits<T>, TraceError> {
-    let mut hits = Hits::default();
-    let (mut origins, mut directions) = (Vec::new(), Vec::new());
-    for start in (0..pixels).step_by(BAND as usize) {
-        rays(frame, start..pixels.min(start + BAND), &mut origins, &mut directions)?;
-        let (t_min, t_max) = (Span::All(T::of(0.0)), Span::All(T::of(t_max)));
-        let band = Rays { origins: &origins, directions: &directions, t_min, t_max };
-        append(&mut hits, march::trace(program, tracer, &band, limits, control)?);
-    }
-    Ok(hits)
-}
-
-/// The rays of some pixels, exactly as a caller would have to hand them to `march::trace`.
-fn rays<T: Native>(
-    frame: &Frame,
-    pixels: std::ops::Range<u64>,
-    origins: &mut Vec<[T; 3]>,
-    directions: &mut Vec<[T; 3]>,
-) -> Result<(), TraceError> {
-    origins.clear();
-    directions.clear();
-    frame.fill(pixels, origins, directions);
-    Ok(contract::check_rays(origins, directions)?)
-}
-
-fn append<T>(all: &mut Hits<T>, mut band: Hits<T>) {
-    if all.t.is_empty() {
-        *all = band;
-        return;
-    }
-    all.t.append(&mut band.t);
-    all.status.append(&mut band.status);
-    all.steps.append(&mut band.steps);
-    all.fallbacks.append(&mut band.fallbacks);
-    all.multiplier.append(&mut band.multiplier);
-    all.distance.append(&mut band.distance);
-    all.witness.append(&mut band.witness);
-    all.flags.append(&mut band.flags);
-}
-
+/// Normals and colours.
 type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
 
-/// Normals and colours of all pixels, tile by tile on the pool.
-fn shade<T: Native>(
-    program: &Program<T>,
-    frame: &Frame,
-    scene: &Scene,
-    hits: &Hits<T>,
-    control: &Control,
-) -> Result<Shaded, TraceError> {
-    let mut normals = vec![[0f32; 3]; hits.t.len()];
-    let mut rgb = vec![[0u8; 3]; hits.t.len()];
-    pool::install(|| {
-        let tiles = normals.par_chunks_mut(TILE).zip(rgb.par_chunks_mut(TILE)).enumerate();
-        tiles.try_for_each_init(Tile::new, |tile, (i, (normals, rgb))| {
-            if control.is_cancelled() {
-                return Err(TraceError::Cancelled);
-            }
-            tile.shade(program, frame, scene, hits, i * TILE, normals, rgb)
-        })
-    })?;
-    Ok((normals, rgb))
+/// What every tile of a picture is shaded from.
+struct Shading<'a, T: Native> {
+    program: &'a Program<T>,
+    rays: &'a CameraRays<T>,
+    scene: &'a Scene<'a>,
+    hits: &'a Hits<T>,
 }
 
-/// A worker's memory.
+impl<T: Native> Shading<'_, T> {
+    /// Normals and colours of all pixels, tile by tile on the pool.
+    fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
+        let mut normals = vec![[0f32; 3]; self.hits.t.len()];
+        let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
+        pool::install(|| {
+            let tiles = normals.par_chunks_mut(TILE).zip(rgb.par_chunks_mut(TILE)).enumerate();
+            tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
+                if control.is_cancelled() {
+                    return Err(TraceError::Cancelled);
+                }
+                self.tile(tile, i * TILE, normals, rgb);
+                Ok(())
+            })
+        })?;
+        Ok((normals, rgb))
+    }
+
+    /// Pixels from `first` on.
+    fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
+        let (surface, lights) = (&self.scene.surface, self.scene.lights);
+        tile.clear();
+        for (i, pixel) in rgb.iter_mut().enumerate() {
+            let (status, t) = (self.hits.status[first + i], self.hits.t[first + i]);
+            // A ray out of steps shows the surface it was closing in on.
+            if status == Status::Hit as u8 || status == Status::OutOfSteps as u8 {
+                let Ray { origin: o, direction: d, .. } = self.rays.ray(first + i);
+                tile.at.push(i);
+                tile.points.push(std::array::from_fn(|a| o[a] + t * d[a]));
+                tile.towards.push(d);
+            } else {
+                let nowhere = [T::of(0.0); 3];
+                *pixel = surface.pixel(lights, status, nowhere, nowhere);
+            }
+        }
+        tile.gradients.normals(self.program, &tile.points, &tile.towards, &mut tile.normals);
+        for (k, &i) in tile.at.iter().enumerate() {
+            let (point, normal) = (tile.points[k], tile.normals[k]);
+            rgb[i] = surface.pixel(lights, self.hits.status[first + i], point, normal);
+            normals[i] = normal.map(|v| v.f64() as f32);
+        }
+    }
+}
+
+/// A worker's memory for the pixels of a tile that show something.
+#[derive(Default)]
 struct Tile<T: Native> {
-    origins: Vec<[T; 3]>,
-    directions: Vec<[T; 3]>,
-    /// Of the pixels that show something: where they are in the tile, and their points and rays.
+    /// Where they are in the tile.
     at: Vec<usize>,
     points: Vec<[T; 3]>,
+    /// Directions of their rays.
     towards: Vec<[T; 3]>,
     normals: Vec<[T; 3]>,
     gradients: Gradients<T>,
 }
 
 impl<T: Native> Tile<T> {
-    fn new() -> Self {
-        Self {
-            origins: Vec::new(),
-            directions: Vec::new(),
-            at: Vec::new(),
-            points: Vec::new(),
-            towards: Vec::new(),
-            normals: Vec::new(),
-            gradients: Gradients::new(),
-        }
-    }
-
-    #[allow(clippy::too_many_arguments)] // the whole picture in, one tile of it out
-    fn shade(
-        &mut self,
-        program: &Program<T>,
-        frame: &Frame,
-        scene: &Scene,
-        hits: &Hits<T>,
-        first: usize,
-        normals: &mut [[f32; 3]],
-        rgb: &mut [[u8; 3]],
-    ) -> Result<(), TraceError> {
-        let pixels = first as u64..(first + rgb.len()) as u64;
-        rays(frame, pixels, &mut self.origins, &mut self.directions)?;
+    fn clear(&mut self) {
         self.at.clear();
         self.points.clear();
         self.towards.clear();
-        let none = [T::of(0.0); 3];
-        for (i, pixel) in rgb.iter_mut().enumerate() {
-            let (status, t) = (hits.status[first + i], hits.t[first + i]);
-            // A ray out of steps shows the surface it was closing in on.
-            if status == Status::Hit as u8 || status == Status::OutOfSteps as u8 {
-                let (o, d) = (self.origins[i], self.directions[i]);
-                self.at.push(i);
-                self.points.push(std::array::from_fn(|a| o[a] + t * d[a]));
-                self.towards.push(d);
-            } else {
-                *pixel = scene.surface.pixel(scene.lights, status, none, none);
-            }
-        }
-        self.gradients.normals(program, &self.points, &self.towards, &mut self.normals);
-        for (k, &i) in self.at.iter().enumerate() {
-            let (point, normal) = (self.points[k], self.normals[k]);
-            rgb[i] = scene.surface.pixel(scene.lights, hits.status[first + i], point, normal);
-            normals[i] = normal.map(|v| v.f64() as f32);
-        }
-        Ok(())
     }
 }
 

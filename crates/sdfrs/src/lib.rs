@@ -29,4 +29,5 @@ pub use sdfrs_core::{
     Shape, Span, Status, Value, contract, pool,
 };
 pub use sdfrs_trace::{budget, camera, march, render, shade, stats, tracer};
+pub use sdfrs_trace::{Form, SearchForm, TraceError, Tracer};
 pub use sdfrs_trace::{camera::Camera, shade::PointLight, shade::Surface, stats::Summary};

@@ -79,7 +79,7 @@ def enhanced_2023(ray, omega):
             return tally.end(INVALID, T, R)
         if z <= r + abs(R):
             tally.accepted(z, r)
-            z = R + omega * R * divide(T - t + R - r, T - t - (R - r))
+            z = R + divide(omega * R * (T - t + R - r), T - t - (R - r))
             t, r = T, R
         else:
             tally.fallbacks += 1

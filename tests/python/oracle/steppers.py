@@ -74,13 +74,19 @@ def guarded(ray, propose, first=1.0, beta=1.0):
 
 
 def illinois(ray, tally, a, fa, b, fb):
-    """False position with halved weights between a sample outside and one inside; ends outside."""
+    """False position with halved weights between a sample outside and one inside; ends outside.
+
+    It looks for half the threshold, so that what it accepts lies outside. A weight is halved when its
+    end has been kept twice in a row.
+    """
+    aim = ray.guarded_threshold(b) / 2.0
+    ga, gb = fa - aim, fb - aim
     out, r_out = a, fa
-    side = 0
+    kept = None
     for _ in range(5):
         if tally.steps >= ray.max_steps:
             break
-        c = b - fb * (b - a) / (fb - fa)
+        c = b - gb * (b - a) / (gb - ga)
         fc = yield c
         tally.steps += 1
         if not math.isfinite(fc):
@@ -89,14 +95,11 @@ def illinois(ray, tally, a, fa, b, fb):
             out, r_out = c, fc
             if fc <= ray.guarded_threshold(c):
                 break
-            a, fa = c, fc
-            fb = fb / 2.0 if side == 1 else fb
-            side = 1
+            a, ga = c, fc - aim
+            gb = gb / 2.0 if kept == "b" else gb
+            kept = "b"
         else:
-            if fc >= -ray.floor(c):
-                out, r_out = c, fc
-                break
-            b, fb = c, fc
-            fa = fa / 2.0 if side == -1 else fa
-            side = -1
+            b, gb = c, fc - aim
+            ga = ga / 2.0 if kept == "a" else ga
+            kept = "a"
     return out, r_out

@@ -1,4 +1,4 @@
-use sdfrs_core::{Status, Value};
+use sdfrs_core::{Rays, Value};
 
 use super::*;
 use crate::camera::Kind;
@@ -26,8 +26,10 @@ fn picture<T: Native>(shape: &Shape, camera: &Camera) -> Picture<T> {
     render(&scene, &Tracer::Basic { guards: true }, &LIMITS, 100.0, &Control::new()).unwrap()
 }
 
+type Bits = (Vec<u64>, Vec<u32>, Vec<[u8; 3]>, Vec<[u32; 3]>);
+
 /// Everything that must not depend on how the work is split.
-fn bits<T: Native>(p: &Picture<T>) -> (Vec<u64>, Vec<u32>, Vec<[u8; 3]>, Vec<[u32; 3]>) {
+fn bits<T: Native>(p: &Picture<T>) -> Bits {
     let t = p.hits.t.iter().map(|t| t.f64().to_bits()).collect();
     (t, p.hits.steps.clone(), p.rgb.clone(), p.normals.iter().map(|n| n.map(f32::to_bits)).collect())
 }
@@ -60,7 +62,7 @@ fn a_sphere_is_where_it_should_be() {
                 }
             }
         }
-        assert!(hits > 500 && misses > 500, "{hits} {misses}");
+        assert!(hits > 300 && misses > 1000, "{hits} {misses}");
         assert_eq!(p.summary.rays, 61 * 47);
     }
     // A hit lies up to eps above the surface.
@@ -82,7 +84,7 @@ fn hits_are_those_of_the_cameras_rays() {
         let (shape, camera) = (sphere(), camera(37, 31));
         let p = picture::<T>(&shape, &camera);
         let (origins, mut directions) = camera.rays::<T>().unwrap();
-        contract::check_rays(&origins, &mut directions).unwrap();
+        check_rays(&origins, &mut directions).unwrap();
         let spans = (Span::All(T::of(0.0)), Span::All(T::of(100.0)));
         let rays = Rays { origins: &origins, directions: &directions, t_min: spans.0, t_max: spans.1 };
         let program = Program::<T>::for_tracing(&shape).unwrap();
@@ -111,31 +113,6 @@ fn the_number_of_threads_changes_nothing() {
     // The comparison can fail: a grown sphere gives other bits.
     let grown = Shape::build("dilate", vec![("radius".into(), Value::Num(1e-3))], vec![shape]).unwrap();
     assert_ne!(bits(&picture::<f32>(&grown, &camera)), seen[0].0);
-}
-
-#[test]
-fn bands_join_without_a_seam() {
-    // More pixels than one band holds.
-    let camera = camera(640, 480);
-    let p = picture::<f32>(&sphere(), &camera);
-    assert!(camera.pixels() > BAND && p.rgb.len() == 640 * 480 && p.hits.flags.len() == 640 * 480);
-    let row = (BAND / 640) as usize;
-    for i in [row * 640 - 1, row * 640 + 320, 640 * 480 - 1] {
-        let small = camera.ray((i % 640) as u32, (i / 640) as u32).unwrap();
-        let (origins, directions) = (vec![small.0.map(|v| v as f32)], vec![small.1.map(|v| v as f32)]);
-        let mut directions = directions;
-        contract::check_rays(&origins, &mut directions).unwrap();
-        let rays = Rays {
-            origins: &origins,
-            directions: &directions,
-            t_min: Span::All(0.0),
-            t_max: Span::All(100.0),
-        };
-        let program = Program::<f32>::for_tracing(&sphere()).unwrap();
-        let hit =
-            march::trace(&program, &Tracer::Basic { guards: true }, &rays, &LIMITS, &Control::new()).unwrap();
-        assert_eq!((hit.t[0], hit.steps[0]), (p.hits.t[i], p.hits.steps[i]), "pixel {i}");
-    }
 }
 
 #[test]
@@ -168,6 +145,8 @@ fn refusals_come_before_work() {
     assert!(run(good, Limits { eps: 0.0, ..LIMITS }, 100.0).is_err());
     assert!(run(good, LIMITS, f64::NAN).is_err());
     assert!(run(good, LIMITS, -1.0).is_err());
+    let beyond = Camera { origin: [1e300, 0.0, 0.0], ..camera };
+    assert!(run(Scene { camera: &beyond, ..good }, LIMITS, 100.0).is_err(), "1e300 is no f32");
     let stopped = Control::new();
     stopped.cancel();
     let result = render::<f32>(&good, &Tracer::Basic { guards: true }, &LIMITS, 100.0, &stopped);

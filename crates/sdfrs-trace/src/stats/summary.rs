@@ -21,6 +21,8 @@ pub struct Summary {
     pub crossings: u64,
     /// Hits decided by the floor of 4 ulp instead of `eps`.
     pub precision_limited: u64,
+    /// Largest threshold that decided a hit: `eps`, the cone's, or the floor of 4 ulp.
+    pub threshold: f64,
     /// Rays that started inside the solid.
     pub inside: u64,
     pub mean_steps: f64,
@@ -57,6 +59,7 @@ impl Summary {
             invalid: status(Status::Invalid),
             crossings: flag(FLAG_CROSSING),
             precision_limited: flag(FLAG_PRECISION),
+            threshold: hits.threshold.f64(),
             inside: flag(FLAG_INSIDE),
             mean_steps: if steps.is_empty() { 0.0 } else { evaluations as f64 / steps.len() as f64 },
             p50_steps: percentile(&mut steps, 50),
@@ -112,6 +115,7 @@ mod tests {
             distance: vec![0.0; n],
             witness: (0..n).map(|i| if i == 1 { f64::NAN } else { i as f64 / 100.0 }).collect(),
             flags: (0..n).map(|i| (i % 8) as u8).collect(),
+            threshold: 0.0,
             steps,
         }
     }

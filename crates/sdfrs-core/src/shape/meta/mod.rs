@@ -5,6 +5,7 @@
 mod aabb;
 mod expr;
 mod repeat;
+mod swing;
 
 pub use aabb::Aabb;
 pub use repeat::copies;
@@ -23,6 +24,8 @@ pub struct Meta {
     pub bounds: Aabb,
     /// The field is at least `reach` times the distance to the box: tells how far an offset can grow it.
     pub reach: f64,
+    /// Bound of the slope against a turn about x, y, z (per radian), everywhere: what twisting costs.
+    pub swing: [f64; 3],
     /// The field is even along an axis.
     pub even: [bool; 3],
     /// Whether the value changes from point to point.
@@ -43,6 +46,7 @@ impl Meta {
             lip_trace: 1.0,
             bounds: Aabb::ALL,
             reach: 1.0,
+            swing: [f64::INFINITY; 3],
             even: [false; 3],
             moves: true,
             range: Iv::ALL,
@@ -72,11 +76,12 @@ pub fn meta(kind: &Kind, children: &[Shape]) -> Result<Meta, SceneError> {
     if kind.is_expr() {
         return Ok(expr::meta(kind, children));
     }
-    match children {
-        [] => Ok(primitive(kind)),
-        [child] => modifier(kind, child.meta().clone()),
-        _ => Ok(combinator(kind, children)),
-    }
+    let meta = match children {
+        [] => primitive(kind),
+        [child] => modifier(kind, child.meta().clone())?,
+        _ => combinator(kind, children),
+    };
+    Ok(Meta { swing: swing::swing(kind, children, &meta.bounds), ..meta })
 }
 
 fn primitive(kind: &Kind) -> Meta {
@@ -169,21 +174,25 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
         }
         Kind::Repeat { period, count } => repeat::meta(m, period, count)?,
         Kind::Twist { rate } => {
-            let r = m.bounds.radius(Axis::X, Axis::Z);
-            let h = rate.abs() * r / 2.0;
+            let h = turned(*rate, m.swing[1], m.lip) / 2.0;
             m.bounds = m.bounds.round(Axis::X, Axis::Z);
             m.even = [false; 3];
-            m.steeper(if *rate == 0.0 { 1.0 } else { h + (1.0 + h * h).sqrt() })
+            m.steeper(h + (1.0 + h * h).sqrt())
         }
         Kind::Bend { rate } => {
-            let r = m.bounds.radius(Axis::X, Axis::Y);
+            let h = turned(*rate, m.swing[2], m.lip);
             m.bounds = m.bounds.round(Axis::X, Axis::Y);
             m.even = [false, false, m.even[2]];
-            m.steeper(if *rate == 0.0 { 1.0 } else { 1.0 + rate.abs() * r })
+            m.steeper(1.0 + h)
         }
         Kind::Formula { lipschitz, lo, hi } => expr::formula(m, lipschitz, lo, hi)?,
         _ => m,
     })
+}
+
+/// Slope added by turning at `rate` radians a unit, relative to the field's own.
+fn turned(rate: f64, swing: f64, lip: f64) -> f64 {
+    if rate == 0.0 || swing == 0.0 { 0.0 } else { rate.abs() * swing / lip }
 }
 
 fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
