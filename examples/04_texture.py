@@ -1,6 +1,6 @@
 """A numpy grid as a shape, inside a CSG like any other; writes out/texture.png.
 
-The grid holds a torus knot's distance, sampled at 96 points a side: what a mesh converter or a simulation would hand
+The grid holds a torus knot's distance, sampled every 1/30: what a mesh converter or a simulation would hand
 over.
 """
 
@@ -13,7 +13,7 @@ import sdfrs
 
 def knot(points: np.ndarray, p: int = 2, q: int = 3, radius: float = 0.16) -> np.ndarray:
     """Distance from (N, 3) points to a (p, q) torus knot's tube: to the nearest of many points of its middle line."""
-    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, 240, endpoint=False)
     reach = 0.75 + 0.28 * np.cos(q * angle)
     line = np.stack([reach * np.cos(p * angle), 0.28 * np.sin(q * angle), reach * np.sin(p * angle)], axis=1)
     nearest = np.full(len(points), np.inf)
@@ -22,11 +22,12 @@ def knot(points: np.ndarray, p: int = 2, q: int = 3, radius: float = 0.16) -> np
     return np.sqrt(nearest) - radius
 
 
-size = 96
 lo, hi = (-1.3, -0.6, -1.3), (1.3, 0.6, 1.3)
-z, y, x = np.meshgrid(*(np.linspace(lo[axis], hi[axis], size) for axis in (2, 1, 0)), indexing="ij")
-points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-values = knot(points).reshape(size, size, size).astype(np.float32)
+nx, ny, nz = 79, 37, 79
+z, y, x = np.meshgrid(
+    np.linspace(lo[2], hi[2], nz), np.linspace(lo[1], hi[1], ny), np.linspace(lo[0], hi[0], nx), indexing="ij"
+)
+values = knot(np.stack([x, y, z], axis=-1).reshape(-1, 3)).reshape(nz, ny, nx).astype(np.float32)
 
 tied = sdfrs.SdfTexture(values, bounds=(lo, hi))
 shape = (tied - sdfrs.box((1, 2, 1)).translate((0.8, 0, 0.8))).union(sdfrs.sphere(0.35), k=0.1)

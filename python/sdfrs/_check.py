@@ -8,12 +8,14 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Sequence
-from typing import Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 import numpy as np
-import numpy.typing as npt
 
 from ._errors import SceneError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 Vec3 = tuple[float, float, float]
 Vec3Like = Union[Sequence[float], "npt.NDArray[Any]"]
@@ -88,6 +90,23 @@ def vec3(where: str, value: object) -> Vec3:
     return (x, y, z)
 
 
+def triple(where: str, value: Any) -> Vec3:
+    """A number for all three axes, or three."""
+    if hasattr(value, "__len__") and not isinstance(value, (str, bytes)):
+        return vec3(where, value)
+    scalar = number(where, value)
+    return (scalar, scalar, scalar)
+
+
+def counts(where: str, value: Any) -> tuple[int, int, int]:
+    """An integer >= 0 for all three axes, or three."""
+    items = tuple(value) if isinstance(value, (tuple, list, np.ndarray)) else (value, value, value)
+    if len(items) != 3:
+        raise SceneError(f"{where} must be None, an integer or three, got {show(value)}")
+    x, y, z = (integer(f"{where}[{axis}]", item, 0, 2**20) for axis, item in enumerate(items))
+    return (x, y, z)
+
+
 def direction(where: str, value: object) -> Vec3:
     """Three finite floats, not all zero."""
     result = vec3(where, value)
@@ -118,9 +137,7 @@ def array(where: str, value: object, precision: str) -> npt.NDArray[Any]:
         result = np.ascontiguousarray(raw, dtype=dtype) if raw.ndim else raw.astype(dtype)
     if not np.isfinite(result).all():
         bad = int(np.flatnonzero(~np.isfinite(result).reshape(-1))[0])
-        raise SceneError(
-            f"{where} must be finite in {precision}, got {raw.reshape(-1)[bad]} at flat index {bad}"
-        )
+        raise SceneError(f"{where} must be finite in {precision}, got {raw.reshape(-1)[bad]} at flat index {bad}")
     return result
 
 

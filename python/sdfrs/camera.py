@@ -9,11 +9,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
-import numpy.typing as npt
-
 from . import _check, _core
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ._check import Precision, Vec3, Vec3Like
     from .shapes import Shape
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, Optional
@@ -95,7 +96,9 @@ def _parser() -> argparse.ArgumentParser:
         help="also write this map, to OUTPUT-MAP.png; may be given several times",
     )  # fmt: skip
     stats = commands.add_parser("stats", parents=[common], help="measure tracers on a scene, without shading")
-    stats.add_argument("--tracer", type=parse_tracer, action="append", help=f"{tracer_help}; may be given several times")
+    stats.add_argument(
+        "--tracer", type=parse_tracer, action="append", help=f"{tracer_help}; may be given several times"
+    )
     doctor = commands.add_parser("doctor", help="versions, threads, instruction set, and what is missing")
     doctor.add_argument("--json", action="store_true", help="print as JSON")
     return parser
@@ -144,7 +147,9 @@ def _render(args: argparse.Namespace) -> None:
     numbers = asdict(image.summary)
     if args.json:
         timings = asdict(image.timings)
-        _print_json({"files": files, "tracer": repr(args.tracer), "device": image.device, **timings, "summary": numbers})
+        _print_json(
+            {"files": files, "tracer": repr(args.tracer), "device": image.device, **timings, "summary": numbers}
+        )
         return
     for path in files.values():
         print(path)
@@ -201,6 +206,11 @@ def _doctor(args: argparse.Namespace) -> None:
         print(f"{'missing':<16} {line}")
 
 
+def _say(message: Any, *_: Any, **__: Any) -> None:
+    """Warnings as one line, without the place in the source that only programmers want."""
+    print(f"sdfrs: warning: {message}", file=sys.stderr)
+
+
 def main(argv: Optional[Sequence[str]] = None) -> int:
     """Runs a command; returns the exit code.
 
@@ -213,6 +223,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
         args = _parser().parse_args(argv)
     except SystemExit as stop:  # argparse has said what was wrong
         return int(stop.code or 0)
+    shown, warnings.showwarning = warnings.showwarning, _say
     try:
         {"render": _render, "stats": _stats, "doctor": _doctor}[args.command](args)
     except KeyboardInterrupt:
@@ -225,6 +236,8 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     except (Error, OSError, ImportError, MemoryError) as error:
         print(f"sdfrs: {error or type(error).__name__}", file=sys.stderr)
         return 1
+    finally:
+        warnings.showwarning = shown
     return 0
 
 

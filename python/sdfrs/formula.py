@@ -117,7 +117,7 @@ def where(condition: Condition, a: Any, b: Any) -> Any:
 
     Examples:
         >>> import sdfrs
-        >>> fold = sdfrs.shape(lambda p: sdfrs.where(p.y < 0, p.y * 0.5, p.y))
+        >>> fold = sdfrs.shape(lipschitz=1.0)(lambda p: sdfrs.where(p.y < 0, p.y * 0.5, p.y))
         >>> float(fold([[0, -4, 0]])[0])
         -2.0
     """

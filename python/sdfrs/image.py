@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _check
 from ._files import PathLike, atomic_write
 from .results import HIT, Settings, Summary, Timings, table
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from PIL.Image import Image as PilImage
 
 MapName = Literal["steps", "fallbacks", "multiplier", "depth"]

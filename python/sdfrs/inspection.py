@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _check
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ._check import Vec3
     from .shapes import Shape
 

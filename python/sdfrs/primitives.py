@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 from . import _check
 from ._errors import SceneError
-from .shapes import Shape, build, triple
+from .shapes import Shape, build
 
 if TYPE_CHECKING:
     from ._check import Vec3Like
@@ -24,7 +24,7 @@ def _centred(op: str, args: list[tuple[str, Any]], center: Vec3Like) -> Shape:
 
 
 def _sizes(where: str, value: Any) -> tuple[float, float, float]:
-    result = triple(where, value)
+    result = _check.triple(where, value)
     if min(result) <= 0:
         raise SceneError(f"{where} must be > 0 on every axis, got {_check.show(value)}")
     return result

@@ -10,7 +10,6 @@ import warnings
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _check, _core
 from ._errors import LipschitzWarning, SceneError
@@ -20,10 +19,12 @@ from .image import Image
 from .results import Hits, Settings, Stats, Summary, Timings
 from .scene import Scene, as_camera, as_lights, as_scene
 from .shapes import Shape
-from .tracers import Tracer, TracerLike, as_tracer
+from .tracers import TracerLike, as_tracer
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import numpy.typing as npt
 
     from ._check import Precision
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
-import numpy.typing as npt
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ._check import Precision, Vec3
     from .camera import Camera, PointLight
     from .tracers import Tracer
@@ -208,5 +208,9 @@ def _text(value: Any) -> str:
 
 def table(rows: list[tuple[str, str]]) -> str:
     """Two columns of text as HTML."""
-    cells = "".join(f"<tr><th style='text-align:left'>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in rows)
+    import html
+
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(a)}</th><td>{html.escape(b)}</td></tr>" for a, b in rows
+    )
     return f"<table>{cells}</table>"

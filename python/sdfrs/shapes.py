@@ -7,15 +7,15 @@ Shapes never change: each operation returns a new one that shares its operands.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, Optional, Union
-
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 from . import _check, _core
 from ._errors import SceneError
 from .formula import box_bounds, trace_formula
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ._check import Precision, Vec3, Vec3Like
     from ._expr import Expr, Point
     from .inspection import LipschitzCheck
@@ -72,8 +72,6 @@ class Shape:
 
         return shape_from_json, (_core.scene_to_json(self._node, None, None, None, None),)
 
-    # -- booleans ---------------------------------------------------------------------------------
-
     def __or__(self, other: Shape) -> Shape:
         return build("union", [("k", 0.0)], [self, other]) if isinstance(other, Shape) else NotImplemented
 
@@ -82,12 +80,6 @@ class Shape:
 
     def __sub__(self, other: Shape) -> Shape:
         return build("difference", [("k", 0.0)], [self, other]) if isinstance(other, Shape) else NotImplemented
-
-    def __neg__(self) -> Shape:
-        return self.negate()
-
-    def __invert__(self) -> Shape:
-        return self.negate()
 
     def union(self, *others: Shape, k: float = 0.0) -> Shape:
         """This shape or any of the others; `k` >= 0 is the radius of the blend, world units.
@@ -142,7 +134,7 @@ class Shape:
         """
         return build("negate", [], [self])
 
-    # -- transforms -------------------------------------------------------------------------------
+    __neg__ = __invert__ = negate
 
     def translate(self, offset: Vec3Like) -> Shape:
         """Moved by `offset`, three world units.
@@ -199,7 +191,7 @@ class Shape:
             >>> sdfrs.sphere(1).scale((1, 2, 1)).bounds[1]
             (1.0, 2.0, 1.0)
         """
-        return build("scale", [("factors", triple("scale: factor", factor))], [self])
+        return build("scale", [("factors", _check.triple("scale: factor", factor))], [self])
 
     def repeat(self, period: Union[float, Vec3Like], count: Union[None, int, tuple[int, int, int]] = None) -> Shape:
         """Copies every `period` world units along x, y, z; 0 leaves an axis alone.
@@ -213,12 +205,10 @@ class Shape:
             >>> float(balls([[8, 0, 0]])[0])
             -1.0
         """
-        args: list[tuple[str, Any]] = [("period", triple("repeat: period", period)), ("count", None)]
-        if count is not None:
-            items = (count, count, count) if not isinstance(count, (tuple, list)) else tuple(count)
-            if len(items) != 3:
-                raise SceneError(f"repeat: count must be None, an integer or three, got {_check.show(count)}")
-            args[1] = ("count", tuple(_check.integer(f"repeat: count[{i}]", v, 0, 2**31 - 1) for i, v in enumerate(items)))
+        args = [
+            ("period", _check.triple("repeat: period", period)),
+            ("count", None if count is None else _check.counts("repeat: count", count)),
+        ]
         return build("repeat", args, [self])
 
     def twist(self, rate: float) -> Shape:
@@ -263,8 +253,6 @@ class Shape:
             array([-0.5, -0.5], dtype=float32)
         """
         return build("mirror", [("axis", _check.choice("mirror: axis", axis, ("x", "y", "z")))], [self])
-
-    # -- surface ----------------------------------------------------------------------------------
 
     def shell(self, thickness: float) -> Shape:
         """The surface alone, `thickness` > 0 world units thick, half on each side.
@@ -338,8 +326,6 @@ class Shape:
         low, high = box_bounds("with_bounds: bounds", (lo, hi))
         return build("with_bounds", [("lo", low), ("hi", high)], [self])
 
-    # -- questions --------------------------------------------------------------------------------
-
     @property
     def lipschitz(self) -> float:
         """Certified bound of the slope: 1.0 for distances, inf where none is known.
@@ -411,11 +397,3 @@ class Shape:
         from .inspection import check_lipschitz
 
         return check_lipschitz(self, samples, seed)
-
-
-def triple(where: str, value: Any) -> Vec3:
-    """A number for all three axes, or three."""
-    if hasattr(value, "__len__") and not isinstance(value, (str, bytes)):
-        return _check.vec3(where, value)
-    scalar = _check.number(where, value)
-    return (scalar, scalar, scalar)

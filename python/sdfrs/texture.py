@@ -9,14 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from . import _check, _core
+from . import _core
 from ._errors import SceneError
 from .formula import box_bounds
 from .shapes import Shape
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ._check import Vec3, Vec3Like
 
 

@@ -171,9 +171,7 @@ class CoverageSearch(Tracer):
 TRACERS: dict[str, type[Tracer]] = {
     cls.name: cls for cls in (Basic, Relaxed, Enhanced, AutoRelaxed, BinarySearch, CoverageSearch)
 }
-TracerLike = Union[
-    Tracer, Literal["basic", "relaxed", "enhanced", "auto_relaxed", "binary_search", "coverage_search"]
-]
+TracerLike = Union[Tracer, Literal["basic", "relaxed", "enhanced", "auto_relaxed", "binary_search", "coverage_search"]]
 
 
 def as_tracer(value: Any) -> Tracer:

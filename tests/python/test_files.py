@@ -5,9 +5,9 @@ import os
 
 import numpy as np
 import pytest
-from conftest import every_shape
 
 import sdfrs
+from conftest import every_shape
 
 NAMES = list(every_shape())
 SCENES = [

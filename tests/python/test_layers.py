@@ -20,8 +20,7 @@ ROOMS = {
         ["shape"],
         ["file", "graph"],
         ["tape"],
-        ["eval"],
-        ["field"],
+        ["eval", "field"],
     ],
     "sdfrs-trace": [
         ["error", "budget"],

@@ -248,7 +248,7 @@ def test_a_steep_field_warns_and_names_the_factor(camera):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sdfrs.trace_stats(steep, camera.resized(20, 20))  # too few rays to judge by
-        for name in ("csg", "gyroid", "grazing_plane", "near_miss", "thin_shell"):
+        for name in sdfrs.scenes.NAMES:
             scene = sdfrs.load(name)
             for tracer in ("basic", "auto_relaxed", "relaxed"):
                 sdfrs.trace_stats(scene, scene.camera.resized(128, 72), tracer=tracer)
@@ -295,7 +295,9 @@ def test_rays_go_through_pixel_centres(kind):
     j, i = np.meshgrid(np.arange(4), np.arange(6), indexing="ij")
     x, y = (2 * (i + 0.5) - 6) / 4 * half, (4 - 2 * (j + 0.5)) / 4 * half
     flat = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    want_o, want_d = (flat * 0 + [0, 0, 2], flat - [0, 0, 1]) if kind == "pinhole" else (flat + [0, 0, 2], flat * 0 - [0, 0, 1])
+    want_o, want_d = (
+        (flat * 0 + [0, 0, 2], flat - [0, 0, 1]) if kind == "pinhole" else (flat + [0, 0, 2], flat * 0 - [0, 0, 1])
+    )
     np.testing.assert_allclose(o, want_o, atol=1e-14)
     np.testing.assert_allclose(d, want_d / np.linalg.norm(want_d, axis=1, keepdims=True), atol=1e-14)
     assert make(width=6, height=4).rays(precision="f32")[1].dtype == np.float32

@@ -5,10 +5,10 @@ import pickle
 
 import numpy as np
 import pytest
-from conftest import every_shape
 from numpy.linalg import norm
 
 import sdfrs
+from conftest import every_shape
 
 NAMES = list(every_shape())
 

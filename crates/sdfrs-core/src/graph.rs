@@ -54,6 +54,9 @@ pub struct Node {
     pub n: u32,
 }
 
+/// What makes two ops one: the op, its operands, the bits of its constants.
+type Key = (Op, [u32; 4], Box<[u64]>);
+
 /// Ops in order of definition; operand `i >= INPUTS` is `nodes[i - INPUTS]`.
 #[derive(Debug, Default)]
 pub struct Graph {
@@ -61,7 +64,7 @@ pub struct Graph {
     pub consts: Vec<f64>,
     pub grids: Vec<Arc<Grid>>,
     pub root: u32,
-    known: HashMap<(Op, [u32; 4], Box<[u64]>), u32>,
+    known: HashMap<Key, u32>,
 }
 
 impl Graph {

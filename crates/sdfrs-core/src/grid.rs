@@ -124,7 +124,9 @@ impl Grid {
     /// `a` is sqrt(3) and `b` a cell's diagonal. Steeper samples are no distance: only the slope helps.
     fn safe_step(&self) -> (f64, f64) {
         if self.axis_slope <= 1.001 {
-            (3f64.sqrt(), self.spacing.iter().map(|h| h * h).sum::<f64>().sqrt())
+            let [hx, hy, hz] = self.spacing;
+            let diagonal = if hx == hy && hy == hz { 3f64.sqrt() * hx } else { (hx * hx + hy * hy + hz * hz).sqrt() };
+            (3f64.sqrt(), diagonal)
         } else {
             (self.lipschitz, f64::INFINITY)
         }

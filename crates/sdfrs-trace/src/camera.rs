@@ -7,6 +7,7 @@
 //! Twin: the GPU's camera set-up. Law: directions have unit length; the centre of the image looks at
 //! the target; the top of the image is on the side of `up` (tests below).
 
+use glam::{DVec2, DVec3};
 use sdfrs_core::{Scalar, SceneError, math::Math};
 
 use crate::budget;
@@ -60,30 +61,30 @@ impl Camera {
                 return Err(refuse(name, format!("got {v:?}, allowed: finite numbers")));
             }
         }
-        let (origin, target) = (self.origin, self.target);
-        let Some(forward) = unit(sub(target, origin)) else {
+        let (origin, target) = (DVec3::from(self.origin), DVec3::from(self.target));
+        let Some(forward) = unit(target - origin) else {
             let message = format!(
-                "got {target:?}, allowed: a point apart from the origin {origin:?}, at a finite distance"
+                "got {target}, allowed: a point apart from the origin {origin}, at a finite distance"
             );
             return Err(refuse("target", message));
         };
-        let right = unit(self.up)
-            .map(|up| cross(forward, up))
-            .filter(|side| dot(*side, *side) > 1e-18)
+        let right = unit(self.up.into())
+            .map(|up| forward.cross(up))
+            .filter(|side| side.length_squared() > 1e-18)
             .and_then(unit);
         let Some(right) = right else {
             let message =
-                format!("got {:?}, allowed: a vector that is not parallel to the view {forward:?}", self.up);
+                format!("got {:?}, allowed: a vector that is not parallel to the view {forward}", self.up);
             return Err(refuse("up", message));
         };
         Ok(Frame {
             origin,
             forward,
             right,
-            up: cross(right, forward),
+            up: right.cross(forward),
             half: self.half_height()?,
             perspective: matches!(self.kind, Kind::Pinhole { .. }),
-            size: [f64::from(self.width), f64::from(self.height)],
+            size: DVec2::new(self.width.into(), self.height.into()),
             width: u64::from(self.width),
         })
     }
@@ -131,29 +132,28 @@ impl Camera {
 /// A camera's axes and scale, computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    origin: [f64; 3],
-    forward: [f64; 3],
-    right: [f64; 3],
-    up: [f64; 3],
+    origin: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
     half: f64,
     perspective: bool,
-    size: [f64; 2],
+    size: DVec2,
     width: u64,
 }
 
 impl Frame {
     /// Origin and unit direction of the ray through the centre of a pixel.
     pub fn ray(&self, px: u32, py: u32) -> ([f64; 3], [f64; 3]) {
-        let [w, h] = self.size;
+        let DVec2 { x: w, y: h } = self.size;
         let x = (2.0 * (f64::from(px) + 0.5) - w) / h * self.half;
         let y = (h - 2.0 * (f64::from(py) + 0.5)) / h * self.half;
-        let offset: [f64; 3] = std::array::from_fn(|i| x * self.right[i] + y * self.up[i]);
+        let offset = x * self.right + y * self.up;
         if self.perspective {
-            let v = add(self.forward, offset);
-            let length = dot(v, v).sqrt();
-            (self.origin, v.map(|c| c / length))
+            let v = self.forward + offset;
+            (self.origin.into(), (v / v.length()).into())
         } else {
-            (add(self.origin, offset), self.forward)
+            ((self.origin + offset).into(), self.forward.into())
         }
     }
 
@@ -168,32 +168,15 @@ fn refuse(what: &str, message: String) -> SceneError {
     SceneError::new(format!("camera {what}"), message)
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] + b[i])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 /// The vector at unit length, or none where it has no direction. Scaled first: squares of large or
 /// small components would overflow or vanish.
-fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
-    let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
+fn unit(v: DVec3) -> Option<DVec3> {
+    let largest = v.abs().max_element();
     if !(largest > 0.0 && largest.is_finite()) {
         return None;
     }
-    let v = v.map(|c| c / largest);
-    let length = dot(v, v).sqrt();
-    Some(v.map(|c| c / length))
+    let v = v / largest;
+    Some(v / v.length())
 }
 
 #[cfg(test)]

@@ -135,18 +135,48 @@ def stack(ray):
             return tally.end(MISS, math.inf, d)
 
 
-def coverage(ray, merge=True):
-    """Spans known empty, nearest on top; the middle of the nearest gap is sampled next.
+def split(ray):
+    """Cuts the empty span out of the middle, shrunk by e/2; on 1-Lipschitz fields it samples what `coverage` does.
 
-    Without merging the same gaps are sampled, only the stack holds more: that is the guarded split.
+    What waits is not trimmed when a later ball reaches into it: that is the merging it does without.
     """
+    tally = Tally()
+    x, y, hit = ray.t_min, ray.t_max, False
+    waiting = []
+    e = 0.0  # of the last sample; read only once there is a hit sample
+    while True:
+        if y <= x or (hit and not waiting and y - x <= e / 2.0):
+            if not waiting:
+                return tally.end(HIT if hit else MISS, min(x, y), math.nan)
+            x, y = waiting.pop()
+            continue
+        if tally.steps >= ray.max_steps:
+            return tally.end(OUT_OF_STEPS, x, math.nan)
+        p = (x + y) / 2.0
+        d = yield from _sample(ray, tally, p)
+        if not math.isfinite(d):
+            return tally.end(INVALID, p, d)
+        e = ray.guarded_threshold(p)
+        if d <= e:
+            hit = True
+            waiting.clear()
+            y = p - max(-d, 0.0)
+            if y <= x:
+                return tally.end(HIT, min(x, p), d)
+            continue
+        q = d - e / 2.0
+        waiting.append((p + q, y))
+        y = p - q
+
+
+def coverage(ray):
+    """Spans known empty, nearest on top; the middle of the nearest gap is sampled next."""
     tally = Tally()
     cur, end, hit = ray.t_min, ray.t_max, False
     spans = []
+    e = 0.0  # of the last sample; read only once there is a hit sample
     while True:
         top = spans[-1][0] if spans else end
-        p = (cur + top) / 2.0
-        e = ray.guarded_threshold(p)
         if top <= cur or (hit and not spans and top - cur <= e / 2.0):
             if not spans:
                 return tally.end(HIT, min(cur, end), math.nan) if hit else tally.end(MISS, cur, math.nan)
@@ -164,9 +194,11 @@ def coverage(ray, merge=True):
                 return tally.end(HIT, cur, r)
             cur = cur + r
             continue
+        p = (cur + top) / 2.0
         r = yield from _sample(ray, tally, p)
         if not math.isfinite(r):
             return tally.end(INVALID, p, r)
+        e = ray.guarded_threshold(p)
         if r <= e:
             hit = True
             spans.clear()
@@ -176,7 +208,7 @@ def coverage(ray, merge=True):
             continue
         q = r - e / 2.0
         low, high = p - q, p + q
-        if merge and high >= top:
+        if high >= top:
             if spans:
                 spans[-1] = (low, max(spans[-1][1], high))
             elif hit:
@@ -187,7 +219,3 @@ def coverage(ray, merge=True):
                 spans.append((low, high))
         else:
             spans.append((low, high))
-
-
-def split(ray):
-    return coverage(ray, merge=False)

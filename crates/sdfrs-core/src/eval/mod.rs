@@ -24,6 +24,14 @@ const CHUNK: usize = 4;
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
     type Lanes: Lanes<Self>;
+    /// The instruction loop over a chunk of packs, over one pack, and over one pack of duals: written
+    /// out per type, so that the op table is compiled here once and not again in every dependent crate.
+    #[doc(hidden)]
+    fn run_chunk(tape: &Tape<Self>, slots: &mut [Self::Lanes]);
+    #[doc(hidden)]
+    fn run_pack(tape: &Tape<Self>, slots: &mut [Self::Lanes]);
+    #[doc(hidden)]
+    fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]);
 }
 
 /// A pack that can be filled from a slice.
@@ -37,6 +45,18 @@ macro_rules! native {
     ($t:ty, $w:literal) => {
         impl Native for $t {
             type Lanes = Pack<$t, $w>;
+            #[inline(never)]
+            fn run_chunk(tape: &Tape<Self>, slots: &mut [Self::Lanes]) {
+                run::run::<Self::Lanes, CHUNK>(tape, slots);
+            }
+            #[inline(never)]
+            fn run_pack(tape: &Tape<Self>, slots: &mut [Self::Lanes]) {
+                run::run::<Self::Lanes, 1>(tape, slots);
+            }
+            #[inline(never)]
+            fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]) {
+                run::run::<Dual<Self::Lanes>, 1>(tape, slots);
+            }
         }
         impl Lanes<$t> for Pack<$t, $w> {
             const WIDTH: usize = $w;
@@ -135,7 +155,7 @@ impl<T: Native> Program<T> {
                 slots[axis * K + g] = T::Lanes::load(&p[from..]);
             }
         }
-        run::run::<T::Lanes, K>(&self.tape, slots);
+        if K == CHUNK { T::run_chunk(&self.tape, slots) } else { T::run_pack(&self.tape, slots) }
         for (g, out) in out.chunks_mut(width).enumerate() {
             slots[self.tape.root() * K + g].store(out);
         }
@@ -152,7 +172,7 @@ impl<T: Native> Program<T> {
             for axis in 0..3 {
                 slots[axis] = Dual::variable(T::Lanes::load(&p[axis][at..end]), axis);
             }
-            run::run::<Dual<T::Lanes>, 1>(&self.tape, slots);
+            T::run_duals(&self.tape, slots);
             let Dual(v, g) = slots[self.tape.root()];
             (v / scale).store(&mut value[at..end]);
             (g[0] / scale).store(&mut dx[at..end]);

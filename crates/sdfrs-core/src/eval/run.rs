@@ -69,14 +69,19 @@ unsafe fn all<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
     }
 }
 
+/// A module for each, so that they compile side by side.
 macro_rules! versions {
     ($($name:ident $features:literal),*) => {$(
         #[cfg(target_arch = "x86_64")]
-        #[target_feature(enable = $features)]
-        #[allow(unsafe_code)]
-        unsafe fn $name<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
-            // SAFETY: passed on.
-            unsafe { all::<R, K>(tape, slots) }
+        mod $name {
+            use super::{Real, Tape};
+
+            #[target_feature(enable = $features)]
+            #[allow(unsafe_code)]
+            pub unsafe fn run<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
+                // SAFETY: passed on.
+                unsafe { super::all::<R, K>(tape, slots) }
+            }
         }
     )*};
 }
@@ -90,11 +95,11 @@ pub fn run<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
     unsafe {
         match isa() {
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => avx512::<R, K>(tape, slots),
+            Isa::Avx512 => avx512::run::<R, K>(tape, slots),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => avx2::<R, K>(tape, slots),
+            Isa::Avx2 => avx2::run::<R, K>(tape, slots),
             #[cfg(target_arch = "x86_64")]
-            Isa::Sse41 => sse41::<R, K>(tape, slots),
+            Isa::Sse41 => sse41::run::<R, K>(tape, slots),
             _ => all::<R, K>(tape, slots),
         }
     }

@@ -55,6 +55,8 @@ impl<R: Real> Sub for Dual<R> {
     }
 }
 
+// The rules of products and quotients mix operators.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<R: Real> Mul for Dual<R> {
     type Output = Self;
     #[inline(always)]
@@ -64,6 +66,7 @@ impl<R: Real> Mul for Dual<R> {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<R: Real> Div for Dual<R> {
     type Output = Self;
     #[inline(always)]

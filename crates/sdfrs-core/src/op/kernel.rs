@@ -116,9 +116,9 @@ fn power<R: Real>(mut x: R, mut y: R, n: u32) -> (R, R) {
 /// Distance estimate of the Mandelbulb, `log(r) r / (2 |dr|)`; table: power, iterations, start of the
 /// outer field. Beyond radius 2 the estimate outgrows the distance, so `|p| - start` takes over.
 ///
-/// Angles are multiplied by complex powers instead of arc functions, so any whole power runs on
-/// + - * / and sqrt alone. The pole is z here; the op table passes y, as iq does. Lanes that have
-/// escaped keep their state.
+/// Angles are multiplied by complex powers instead of arc functions, so any whole power needs only
+/// the four operations and sqrt. The pole is z here; the op table passes y, as iq does. Lanes that
+/// have escaped keep their state.
 #[inline(always)]
 pub fn mandelbulb<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
     let (n, iterations) = (table[0].f64() as u32, table[1].f64() as u32);

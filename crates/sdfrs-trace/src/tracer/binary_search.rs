@@ -134,9 +134,10 @@ impl<T: Scalar> Walk<T> for Stack {
             if st.rest.len() == LONGEST_STACK {
                 return Next::Done(Status::OutOfSteps);
             }
-            let cut = if self.split { s.r - s.e } else { T::of(0.0) };
-            st.rest.push((s.t + cut, st.y));
-            st.y = s.t - cut;
+            // In the listing's order: tcen + d - th and tcen - d + th.
+            let (back, front) = if self.split { (s.t + s.r - s.e, s.t - s.r + s.e) } else { (s.t, s.t) };
+            st.rest.push((back, st.y));
+            st.y = front;
         } else {
             match st.rest.pop() {
                 Some((x, y)) => (st.x, st.y) = (x, y),

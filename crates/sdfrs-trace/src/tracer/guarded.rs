@@ -40,6 +40,8 @@ struct Bracket<T> {
     fb: T,
     /// Field at `a`.
     r: T,
+    /// Whether `a` was the end replaced last, once one was.
+    moved_a: Option<bool>,
     tries: u32,
 }
 
@@ -131,7 +133,7 @@ fn fall_back<T: Scalar>(st: &mut State<T>, range: &Range<T>, tally: &mut Tally<T
 /// A safe step went through the surface: the field is steeper than declared.
 fn cross<T: Scalar>(st: &mut State<T>, s: &Sample<T>, tally: &mut Tally<T>) -> Next<T> {
     let half = s.e * T::of(0.5);
-    let bracket = Bracket { a: st.t, b: s.t, fa: st.r - half, fb: s.r - half, r: st.r, tries: 0 };
+    let bracket = Bracket { a: st.t, b: s.t, fa: st.r - half, fb: s.r - half, r: st.r, moved_a: None, tries: 0 };
     next_in(st.bracket.insert(bracket), tally)
 }
 
@@ -144,7 +146,7 @@ fn next_in<T: Scalar>(b: &Bracket<T>, tally: &mut Tally<T>) -> Next<T> {
     Next::Ask(guess)
 }
 
-/// Illinois: regula falsi that halves the weight of an end kept twice.
+/// Illinois: regula falsi that halves the weight of an end kept twice in a row.
 fn refine<T: Scalar>(st: &mut State<T>, s: &Sample<T>, tally: &mut Tally<T>) -> Next<T> {
     let Some(b) = st.bracket.as_mut() else { return Next::Done(Status::Invalid) };
     let (zero, half) = (T::of(0.0), T::of(0.5));
@@ -156,10 +158,14 @@ fn refine<T: Scalar>(st: &mut State<T>, s: &Sample<T>, tally: &mut Tally<T>) -> 
     let f = s.r - s.e * half;
     if f > zero {
         (b.a, b.fa, b.r) = (s.t, f, s.r);
-        b.fb = b.fb * half;
+        if b.moved_a.replace(true) == Some(true) {
+            b.fb = b.fb * half;
+        }
     } else if f <= zero {
         (b.b, b.fb) = (s.t, f);
-        b.fa = b.fa * half;
+        if b.moved_a.replace(false) == Some(false) {
+            b.fa = b.fa * half;
+        }
     } else {
         tally.at(b.a, b.r);
         return Next::Done(Status::Hit);

@@ -1,0 +1,127 @@
+"""Ctrl-C stops long work within 0.2 s, progress is told, no call holds the GIL."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import sdfrs
+
+LONG = sdfrs.load("spheres1000").shape
+CAMERA = sdfrs.load("spheres1000").camera.resized(4000, 3000)
+# Long enough that only an interruption can end them soon, on any machine.
+CALLS = {
+    "render": lambda: sdfrs.render(LONG, CAMERA, precision="f64"),
+    "stats": lambda: sdfrs.trace_stats(LONG, CAMERA, precision="f64", tracer="binary_search"),
+    "trace": lambda: sdfrs.trace(LONG, *CAMERA.resized(2000, 1500).rays(), precision="f64"),
+    "values": lambda: LONG(POINTS, precision="f64"),
+    "gradient": lambda: LONG.gradient(POINTS, precision="f64"),
+}
+POINTS = np.random.default_rng(1).uniform(-2, 2, (12_000_000, 3))
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_ctrl_c_stops_within_a_fifth_of_a_second(name):
+    sent = []
+
+    def press():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(1.5, press)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            CALLS[name]()
+        late = time.monotonic() - sent[0]
+    finally:
+        timer.cancel()
+    assert late < 0.2, late
+    assert sdfrs.sphere()([[0, 0, 3]])[0] == 2.0  # and all is well afterwards
+
+
+def test_other_threads_run_meanwhile():
+    ticks, stop = [], threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        start = time.monotonic()
+        sdfrs.trace_stats(LONG, CAMERA.resized(640, 480))
+        end = time.monotonic()
+    finally:
+        stop.set()
+        thread.join()
+    inside = [t for t in ticks if start < t < end]
+    assert end - start > 0.2 and len(inside) > 10
+    assert max(np.diff(inside)) < 0.15
+
+
+def test_calls_from_several_threads_agree():
+    want = sdfrs.trace_stats(LONG, CAMERA.resized(64, 48)).steps
+    found = [None] * 4
+
+    def work(i):
+        found[i] = sdfrs.trace_stats(LONG, CAMERA.resized(64, 48)).steps
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for steps in found:
+        np.testing.assert_array_equal(steps, want)
+
+
+@pytest.mark.parametrize("call", [sdfrs.render, sdfrs.trace_stats], ids=["render", "stats"])
+def test_progress_counts_up_to_the_total(call):
+    seen = []
+    call(LONG, CAMERA.resized(320, 240), progress=lambda done, total: seen.append((done, total)))
+    done = [d for d, _ in seen]
+    assert {t for _, t in seen} == {320 * 240}
+    assert done == sorted(done) and done[-1] == 320 * 240 and len(done) >= 2
+
+
+def test_an_error_in_the_callback_stops_the_work():
+    class Enough(Exception):
+        pass
+
+    def callback(done, total):
+        raise Enough
+
+    start = time.monotonic()
+    with pytest.raises(Enough):
+        sdfrs.render(LONG, CAMERA, progress=callback)
+    assert time.monotonic() - start < 2
+
+
+def test_progress_true_writes_to_stderr_only(capsys, monkeypatch):
+    sdfrs.render(LONG, CAMERA.resized(320, 240), progress=True)
+    out = capsys.readouterr()
+    assert out.out == "" and "render" in out.err
+    monkeypatch.setitem(sys.modules, "tqdm", None)  # as if it were not installed
+    sdfrs.render(LONG, CAMERA.resized(320, 240), progress=True)
+    out = capsys.readouterr()
+    assert out.out == "" and "%" in out.err and "render: done" in out.err
+
+
+def test_the_command_line_leaves_nothing_half_written(tmp_path):
+    command = [sys.executable, "-m", "sdfrs", "render", "spheres1000", "--size", "4000x3000", "-o", "a.png"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    time.sleep(3)
+    start = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130 and time.monotonic() - start < 1.5
+    assert err.count("\n") == 1 and "interrupted" in err
+    assert list(tmp_path.iterdir()) == []
