@@ -1,8 +1,8 @@
 """Writes python/sdfrs/_core.pyi from the bindings, or compares it with a fresh one (`--check`).
 
-pyo3's introspection reads what the compiler saw, so the stubs cannot drift from the Rust signatures. Three
-things it leaves are finished here: types that a signature gives as text come quoted, their modules are not
-imported, and the layout is not the house's.
+pyo3's introspection reads what the compiler saw, so the stubs cannot drift from the Rust signatures. What
+it leaves is finished here: types that a signature gives as text come quoted, their modules are not imported,
+containers come bare, and the layout is not the house's.
 """
 
 import difflib
@@ -32,9 +32,16 @@ def introspect() -> str:
         return found[0].read_text(encoding="utf-8")
 
 
+def generic(line: str) -> str:
+    """Bare containers with their parameters, which `mypy --strict` asks for."""
+    return re.sub(r"\blist\b(?!\[)", "list[Any]", re.sub(r"\bdict\b(?!\[)", "dict[str, Any]", line))
+
+
 def finished(text: str) -> str:
     """The stubs with quoted types opened, their modules imported, in the house's layout."""
     text = re.sub(r"(->\s*|:\s*)\"([^\"\n]+)\"(?=\s*[,)=:])", r"\1\2", text)
+    # Only code lines: a docstring may speak of a list.
+    text = re.sub(r"^(?:.*\bdef .*|[ \w/*]+: .*|.*-> .*)$", lambda line: generic(line[0]), text, flags=re.M)
     modules = [m for m in ("numpy.typing", "numpy") if re.search(rf"\b{re.escape(m)}\.", text)]
     body = re.sub(r'"""(.|\n)*?"""', "", text)
     imported = set(re.findall(r"\b\w+\b", " ".join(re.findall(r"^from typing import (.*)$", body, re.M))))

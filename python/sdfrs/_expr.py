@@ -252,6 +252,9 @@ class Condition:
     """
 
     __slots__ = ("_a", "_b", "_swap")
+    _a: Expr
+    _b: Expr
+    _swap: bool
 
     @classmethod
     def _less(cls, a: Any, b: Any, *, swap: bool) -> Condition:

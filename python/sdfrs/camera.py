@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
 from . import _check, _core
+from ._errors import SceneError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -61,11 +62,11 @@ class Camera:
             put("extent", _check.positive("camera: extent", 2.0 if self.extent is None else self.extent))
             unused = "fov"
         if getattr(self, unused) is not None:
-            raise _check.SceneError(f"camera: {unused} has no meaning for a camera of kind {self.kind!r}")
+            raise SceneError(f"camera: {unused} has no meaning for a camera of kind {self.kind!r}")
         put("width", _check.integer("camera: width", self.width, 1, _MAX_SIDE))
         put("height", _check.integer("camera: height", self.height, 1, _MAX_SIDE))
         if self.origin == self.target:
-            raise _check.SceneError(f"camera: origin and target must differ, both are {self.origin}")
+            raise SceneError(f"camera: origin and target must differ, both are {self.origin}")
         _core.camera_check(self)
 
     @classmethod
@@ -151,7 +152,7 @@ class PointLight:
         put("position", _check.vec3("light: position", self.position))
         color = _check.vec3("light: color", self.color)
         if min(color) < 0:
-            raise _check.SceneError(f"light: color must be >= 0 in every channel, got {color}")
+            raise SceneError(f"light: color must be >= 0 in every channel, got {color}")
         put("color", color)
         put("intensity", _check.non_negative("light: intensity", self.intensity))
 

@@ -112,8 +112,7 @@ def _settings(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _open(args: argparse.Namespace) -> tuple[Any, Any]:
-    from .camera import fitted
-    from .render import set_threads
+    from .render import fitted_camera, set_threads
     from .scene import load
 
     if args.threads is not None:
@@ -121,7 +120,7 @@ def _open(args: argparse.Namespace) -> tuple[Any, Any]:
     scene = load(args.scene)
     camera = scene.camera
     if args.size is not None:
-        camera = fitted(scene.shape, *args.size) if camera is None else camera.resized(*args.size)
+        camera = fitted_camera(scene.shape, args.t_max, *args.size) if camera is None else camera.resized(*args.size)
     return scene, camera
 
 

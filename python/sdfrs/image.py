@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Optional
 import numpy as np
 
 from . import _check
+from ._errors import SceneError
 from ._files import PathLike, atomic_write
 from .results import HIT, Settings, Summary, Timings, table
 
@@ -142,5 +143,5 @@ def save_pil(picture: PilImage, path: PathLike) -> None:
     ending = os.path.splitext(os.fspath(path))[1].lower()
     kind = pil.EXTENSION.get(ending)
     if kind is None or kind not in pil.SAVE:
-        raise _check.SceneError(f"save: the name must end in a picture format such as .png, got {os.fspath(path)!r}")
+        raise SceneError(f"save: the name must end in a picture format such as .png, got {os.fspath(path)!r}")
     atomic_write(path, encode(picture, kind))

@@ -12,6 +12,8 @@ from ._errors import SceneError
 from .shapes import Shape, build
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ._check import Vec3Like
 
 _ORIGIN = (0.0, 0.0, 0.0)
@@ -191,7 +193,7 @@ def _gather(op: str, shapes: tuple[Any, ...]) -> list[Any]:
     return items
 
 
-def union(*shapes: Shape, k: float = 0.0) -> Shape:
+def union(*shapes: Union[Shape, Sequence[Shape]], k: float = 0.0) -> Shape:
     """Any of the shapes (or of one list of them); `k` >= 0 is the radius of the blend, world units.
 
     Examples:
@@ -203,7 +205,7 @@ def union(*shapes: Shape, k: float = 0.0) -> Shape:
     return build("union", [("k", _check.non_negative("union: k", k))], _gather("union", shapes))
 
 
-def intersection(*shapes: Shape, k: float = 0.0) -> Shape:
+def intersection(*shapes: Union[Shape, Sequence[Shape]], k: float = 0.0) -> Shape:
     """What all the shapes (or one list of them) share; `k` >= 0 rounds the edges, world units.
 
     Examples:
@@ -215,7 +217,7 @@ def intersection(*shapes: Shape, k: float = 0.0) -> Shape:
     return build("intersection", [("k", _check.non_negative("intersection: k", k))], _gather("intersection", shapes))
 
 
-def difference(*shapes: Shape, k: float = 0.0) -> Shape:
+def difference(*shapes: Union[Shape, Sequence[Shape]], k: float = 0.0) -> Shape:
     """The first of the shapes without the others; `k` >= 0 rounds the edge, world units.
 
     Examples:

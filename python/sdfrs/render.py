@@ -106,20 +106,25 @@ def trace(
     return Hits(**{**found, "summary": Summary(**found["summary"])})
 
 
+def fitted_camera(shape: Shape, t_max: float, width: int = 640, height: int = 480, stacklevel: int = 2) -> Camera:
+    """A camera that fits the shape; warns when the rays end before the shape does."""
+    camera = fitted(shape, width, height)
+    far = math.dist(camera.origin, camera.target) + math.dist(*shape.bounds) / 2
+    if math.isfinite(far) and far > t_max:
+        warnings.warn(
+            f"t_max={t_max:g} ends before the shape does, {far:.4g} from the fitted camera: pass t_max={far:.4g}",
+            stacklevel=stacklevel,
+        )
+    return camera
+
+
 def _view(what: Any, camera: Optional[Camera], t_max: float) -> tuple[Scene, Camera]:
     """The scene, and the camera: the one given, else the scene's own, else one that fits."""
     scene = as_scene(what)
     given = as_camera("camera", camera)
     chosen = given if given is not None else scene.camera
     if chosen is None:
-        chosen = fitted(scene.shape)
-        lo, hi = scene.shape.bounds
-        far = math.dist(chosen.origin, chosen.target) + math.dist(lo, hi) / 2
-        if math.isfinite(far) and far > t_max:
-            warnings.warn(
-                f"t_max={t_max:g} ends before the shape does, {far:.4g} from the fitted camera: pass t_max={far:.4g}",
-                stacklevel=3,
-            )
+        chosen = fitted_camera(scene.shape, t_max, stacklevel=4)
     return scene, chosen
 
 

@@ -105,7 +105,8 @@ def as_scene(what: Any) -> Scene:
 
 def scene_from_json(text: str) -> Scene:
     """A scene from the text of a file; FormatError names the place of whatever is wrong."""
-    node, camera, lights, background, albedo = _core.scene_from_json(text)
+    parts: tuple[Any, ...] = _core.scene_from_json(text)
+    node, camera, lights, background, albedo = parts
     extra: dict[str, Any] = {}
     if background is not None:
         extra["background"] = background

@@ -34,7 +34,7 @@ from .primitives import (
     mandelbulb as mandelbulb_shape,
 )
 from .scene import Scene
-from .shapes import Shape
+from .shapes import Axis, Shape
 
 _SKY = (0.78, 0.86, 0.95)
 
@@ -64,7 +64,8 @@ def _house(width: float, height: float, depth: float, pitch: float, ridge_along:
 
     Even in x and z, so that repeating it costs one copy; built along either axis for the same reason.
     """
-    side, front = ("x", "z") if ridge_along == "z" else ("z", "x")
+    side: Axis = "x" if ridge_along == "z" else "z"
+    front: Axis = "z" if ridge_along == "z" else "x"
 
     def at(x: float, y: float, z: float) -> tuple[float, float, float]:
         return (x, y, z) if ridge_along == "z" else (z, y, x)
@@ -265,7 +266,7 @@ def spheres1000() -> Scene:
         balls.append(sphere(0.04 + 0.1 * uniform(), center=center))
     camera = Camera.look_at((4.2, 3.0, 5.6), (0, 0, 0), fov=40, width=1280, height=720)
     lights = (PointLight((6, 9, 5), (1.0, 0.96, 0.9), 0.95), PointLight((-7, 3, 5), (0.6, 0.75, 1.0), 0.3))
-    return Scene(union(balls), camera, lights, (0.94, 0.95, 0.97), (0.85, 0.62, 0.50))
+    return Scene(union(*balls), camera, lights, (0.94, 0.95, 0.97), (0.85, 0.62, 0.50))
 
 
 def grazing_plane() -> Scene:

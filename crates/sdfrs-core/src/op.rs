@@ -96,23 +96,25 @@ macro_rules! ops {
             }
         }
 
-        /// Runs one instruction over `K` values a slot.
+        /// Runs one instruction over `width` values a slot.
+        ///
+        /// The width is no constant: unrolled loops would multiply the code for nothing.
         ///
         /// # Safety
-        /// `slots` must point to `K` values for every slot that `ins` names, and `ins.k .. ins.k + ins.n`
+        /// `slots` must point to `width` values for every slot that `ins` names, and `ins.k .. ins.k + ins.n`
         /// must lie inside `t.consts` with the row's number of constants ([`crate::tape::Tape`] checks both).
         #[inline(always)]
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case)]
-        pub unsafe fn execute<R: Real, const K: usize>(ins: &Ins, slots: *mut R, t: &Tables<R::S>) {
+        pub unsafe fn execute<R: Real>(ins: &Ins, slots: *mut R, width: usize, t: &Tables<R::S>) {
             // SAFETY (every access below): the caller's promise. Macros, not closures: all must be inlined.
-            macro_rules! load { ($at:expr, $g:expr) => { unsafe { *slots.add($at as usize * K + $g) } }; }
-            macro_rules! store { ($g:expr, $v:expr) => {{ let v = $v; unsafe { *slots.add(ins.d as usize * K + $g) = v } }}; }
+            macro_rules! load { ($at:expr, $g:expr) => { unsafe { *slots.add($at as usize * width + $g) } }; }
+            macro_rules! store { ($g:expr, $v:expr) => {{ let v = $v; unsafe { *slots.add(ins.d as usize * width + $g) = v } }}; }
             macro_rules! constant { ($i:expr) => { R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + $i) }) }; }
             match ins.op {
                 $(Op::$sn => {
                     let mut ki = 0;
                     $(let $sk = constant!(ki); ki += 1;)*
-                    for g in 0..K {
+                    for g in 0..width {
                         let mut ai = 0;
                         $(let $sa = load!(ins.a[ai], g); ai += 1;)*
                         store!(g, $sb);
@@ -121,7 +123,7 @@ macro_rules! ops {
                 $(Op::$pn => {
                     let mut ki = 0;
                     $(let $pk = constant!(ki); ki += 1;)*
-                    for g in 0..K {
+                    for g in 0..width {
                         let mut ai = 0;
                         $(let $pa = load!(ins.a[ai], g); ai += 1;)*
                         store!(g, $pb);
@@ -130,7 +132,7 @@ macro_rules! ops {
                 $(Op::$tn => {
                     let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
                     let $tg = t.grids;
-                    for g in 0..K {
+                    for g in 0..width {
                         let mut ai = 0;
                         $(let $ta = load!(ins.a[ai], g); ai += 1;)*
                         store!(g, $tb);

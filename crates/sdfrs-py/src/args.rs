@@ -1,8 +1,10 @@
 //! Settings as Python passes them, as the crates want them.
 
+use std::sync::OnceLock;
+
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
-use sdfrs_core::{Limits, SceneError, Span, eval::Native};
+use sdfrs_core::{Limits, Program, SceneError, Span, eval::Native};
 use sdfrs_trace::{
     Tracer,
     camera::{Camera, Kind},
@@ -11,12 +13,24 @@ use sdfrs_trace::{
 use crate::{
     call,
     error::{Fault, scene},
+    node::Node,
 };
 
 /// f32 and f64, here and in numpy.
-pub trait Number: Native + numpy::Element {}
-impl Number for f32 {}
-impl Number for f64 {}
+pub trait Number: Native + numpy::Element {
+    /// Where a node keeps its program of this precision.
+    fn program(node: &Node) -> &OnceLock<Program<Self>>;
+}
+impl Number for f32 {
+    fn program(node: &Node) -> &OnceLock<Program<f32>> {
+        node.program_f32()
+    }
+}
+impl Number for f64 {
+    fn program(node: &Node) -> &OnceLock<Program<f64>> {
+        node.program_f64()
+    }
+}
 
 /// `sdfrs.Camera`, field by field.
 #[derive(FromPyObject)]

@@ -12,7 +12,7 @@ mod trace;
 mod values;
 
 use pyo3::prelude::*;
-use sdfrs_core::pool;
+use sdfrs_core::{eval, pool};
 
 /// Threads that compute from now on; 0 is the default (SDFRS_THREADS, else all cores).
 #[pyfunction]
@@ -29,22 +29,22 @@ fn threads() -> usize {
 /// The widest instruction set of this processor that the evaluator knows.
 #[pyfunction]
 fn simd_level() -> &'static str {
-    sdfrs_core::eval::isa().name()
+    eval::isa().name()
 }
 
+/// What `sdfrs` is built on: nodes, files, tracing and rendering, without the friendly checks.
 #[pymodule(gil_used = false)]
-fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<node::Node>()?;
-    module.add_function(wrap_pyfunction!(set_threads, module)?)?;
-    module.add_function(wrap_pyfunction!(threads, module)?)?;
-    module.add_function(wrap_pyfunction!(simd_level, module)?)?;
-    module.add_function(wrap_pyfunction!(args::camera_check, module)?)?;
-    module.add_function(wrap_pyfunction!(args::camera_rays, module)?)?;
-    module.add_function(wrap_pyfunction!(scene::scene_to_json, module)?)?;
-    module.add_function(wrap_pyfunction!(scene::scene_from_json, module)?)?;
-    module.add_function(wrap_pyfunction!(trace::trace, module)?)?;
-    module.add_function(wrap_pyfunction!(trace::trace_camera, module)?)?;
-    module.add_function(wrap_pyfunction!(trace::render, module)?)?;
-    Ok(())
+mod _core {
+    #[pymodule_export]
+    use crate::{
+        args::{camera_check, camera_rays},
+        node::Node,
+        scene::{scene_from_json, scene_to_json},
+        set_threads, simd_level, threads,
+        trace::{render, trace, trace_camera},
+    };
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)] // Python's name for it
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

@@ -1,5 +1,7 @@
 //! A node of the scene graph as Python holds it; `sdfrs.Shape` and `sdfrs.Expr` wrap it.
 
+use std::sync::OnceLock;
+
 use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::{
     IntoPyObjectExt,
@@ -7,7 +9,7 @@ use pyo3::{
     prelude::*,
     types::{PyBool, PyFloat, PyInt, PyList, PyString},
 };
-use sdfrs_core::{Args, Grid, GridValues, Shape, Value};
+use sdfrs_core::{Args, Grid, GridValues, Program, SceneError, Shape, Value};
 
 use crate::{
     args::{Number, flat, rows, triples},
@@ -22,6 +24,29 @@ type Corners = ([f64; 3], [f64; 3]);
 #[pyclass(frozen, module = "sdfrs._core")]
 pub struct Node {
     pub shape: Shape,
+    // Compiled once: many callers ask about a few points at a time.
+    f32: OnceLock<Program<f32>>,
+    f64: OnceLock<Program<f64>>,
+}
+
+impl Node {
+    pub fn new(shape: Shape) -> Self {
+        Self { shape, f32: OnceLock::new(), f64: OnceLock::new() }
+    }
+    pub fn program_f32(&self) -> &OnceLock<Program<f32>> {
+        &self.f32
+    }
+    pub fn program_f64(&self) -> &OnceLock<Program<f64>> {
+        &self.f64
+    }
+    /// The program of the field's values.
+    fn program<T: Number>(&self) -> Result<&Program<T>, SceneError> {
+        let slot = T::program(self);
+        match slot.get() {
+            Some(program) => Ok(program),
+            None => Program::values(&self.shape).map(|program| slot.get_or_init(|| program)),
+        }
+    }
 }
 
 fn value(name: &str, v: &Bound<'_, PyAny>) -> PyResult<Value> {
@@ -59,7 +84,7 @@ impl Node {
         let args: PyResult<Args> = args.into_iter().map(|(n, v)| value(&n, &v).map(|v| (n, v))).collect();
         let shapes: PyResult<Vec<Shape>> =
             children.iter().map(|c| Ok(c.cast::<Node>()?.get().shape.clone())).collect();
-        Ok(Self { shape: Shape::build(op, args?, shapes?).map_err(Fault::from)? })
+        Ok(Self::new(Shape::build(op, args?, shapes?).map_err(Fault::from)?))
     }
 
     /// A grid of samples [z, y, x] between two corners.
@@ -73,7 +98,7 @@ impl Node {
             return Err(PyTypeError::new_err("values must be a 3-dimensional float32 or float64 array"));
         };
         let [nz, ny, nx] = [dims[0], dims[1], dims[2]];
-        call::short(py, || Ok(Self { shape: Shape::texture(Grid::new(values, [nx, ny, nz], lo, hi)?)? }))
+        call::short(py, || Ok(Self::new(Shape::texture(Grid::new(values, [nx, ny, nz], lo, hi)?)?)))
     }
 
     #[getter]
@@ -97,7 +122,7 @@ impl Node {
 
     #[getter]
     fn children(&self) -> Vec<Node> {
-        self.shape.children().iter().map(|shape| Node { shape: shape.clone() }).collect()
+        self.shape.children().iter().map(|shape| Node::new(shape.clone())).collect()
     }
 
     #[getter]
@@ -124,17 +149,17 @@ impl Node {
     fn values<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         fn run<'py, T: Number>(
             py: Python<'py>,
-            shape: &Shape,
+            node: &Node,
             points: Vec<[T; 3]>,
         ) -> PyResult<Bound<'py, PyAny>> {
             let few = points.len() <= values::FEW;
-            let work = move |control: &_| Ok(values::values(shape, &points, control)?);
+            let work = move |control: &_| Ok(values::values(node.program()?, &points, control));
             let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
             flat(py, out?).into_bound_py_any(py)
         }
         match points.extract::<PyReadonlyArray2<'_, f32>>() {
-            Ok(array) => run(py, &self.shape, rows(&array)?),
-            Err(_) => run(py, &self.shape, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
+            Ok(array) => run(py, self, rows(&array)?),
+            Err(_) => run(py, self, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
         }
     }
 
@@ -142,17 +167,17 @@ impl Node {
     fn gradient<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         fn run<'py, T: Number>(
             py: Python<'py>,
-            shape: &Shape,
+            node: &Node,
             points: Vec<[T; 3]>,
         ) -> PyResult<Bound<'py, PyAny>> {
             let few = points.len() <= values::FEW;
-            let work = move |control: &_| Ok(values::gradients(shape, &points, control)?);
+            let work = move |control: &_| Ok(values::gradients(node.program()?, &points, control));
             let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
             triples(py, out?)
         }
         match points.extract::<PyReadonlyArray2<'_, f32>>() {
-            Ok(array) => run(py, &self.shape, rows(&array)?),
-            Err(_) => run(py, &self.shape, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
+            Ok(array) => run(py, self, rows(&array)?),
+            Err(_) => run(py, self, rows(&points.extract::<PyReadonlyArray2<'_, f64>>()?)?),
         }
     }
 

@@ -54,5 +54,5 @@ pub fn scene_from_json<'py>(py: Python<'py>, text: &str) -> PyResult<Parts<'py>>
     let file = call::short(py, || Ok(SceneFile::parse(text)?))?;
     let camera = file.camera.as_ref().map(|c| camera_fields(py, c)).transpose()?;
     let lights = file.lights.map(|all| all.iter().map(|l| (l.position, l.color, l.intensity)).collect());
-    Ok((Node { shape: file.shape }, camera, lights, file.background, file.albedo))
+    Ok((Node::new(file.shape), camera, lights, file.background, file.albedo))
 }

@@ -3,7 +3,7 @@
 //! Law: the same bits for any number of threads and any way of cutting the points.
 
 use rayon::prelude::*;
-use sdfrs_core::{Control, Field, Program, Scratch, SceneError, Shape, eval::Native, pool};
+use sdfrs_core::{Control, Field, Program, Scratch, eval::Native, pool};
 
 /// Points per piece: large enough to fill the lanes, small enough to stop soon.
 const PIECE: usize = 4096;
@@ -15,8 +15,7 @@ fn split<T: Native>(points: &[[T; 3]]) -> [Vec<T>; 3] {
     std::array::from_fn(|axis| points.iter().map(|p| p[axis]).collect())
 }
 
-pub fn values<T: Native>(shape: &Shape, points: &[[T; 3]], control: &Control) -> Result<Vec<T>, SceneError> {
-    let program = Program::<T>::values(shape)?;
+pub fn values<T: Native>(program: &Program<T>, points: &[[T; 3]], control: &Control) -> Vec<T> {
     let mut out = vec![T::default(); points.len()];
     let piece = |scratch: &mut Scratch<T>, (points, out): (&[[T; 3]], &mut [T])| {
         if !control.is_cancelled() {
@@ -30,11 +29,10 @@ pub fn values<T: Native>(shape: &Shape, points: &[[T; 3]], control: &Control) ->
     } else {
         pool::install(|| points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece));
     }
-    Ok(out)
+    out
 }
 
-pub fn gradients<T: Native>(shape: &Shape, points: &[[T; 3]], control: &Control) -> Result<Vec<[T; 3]>, SceneError> {
-    let program = Program::<T>::values(shape)?;
+pub fn gradients<T: Native>(program: &Program<T>, points: &[[T; 3]], control: &Control) -> Vec<[T; 3]> {
     let mut out = vec![[T::default(); 3]; points.len()];
     let piece = |scratch: &mut Scratch<T>, (points, out): (&[[T; 3]], &mut [[T; 3]])| {
         if !control.is_cancelled() {
@@ -53,5 +51,5 @@ pub fn gradients<T: Native>(shape: &Shape, points: &[[T; 3]], control: &Control)
     } else {
         pool::install(|| points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece));
     }
-    Ok(out)
+    out
 }

@@ -24,12 +24,10 @@ const CHUNK: usize = 4;
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
     type Lanes: Lanes<Self>;
-    /// The instruction loop over a chunk of packs, over one pack, and over one pack of duals: written
-    /// out per type, so that the op table is compiled here once and not again in every dependent crate.
+    /// The instruction loop over `width` packs a slot, and the one over duals: written out per type, so
+    /// that the op table is compiled here once and not again in every dependent crate.
     #[doc(hidden)]
-    fn run_chunk(tape: &Tape<Self>, slots: &mut [Self::Lanes]);
-    #[doc(hidden)]
-    fn run_pack(tape: &Tape<Self>, slots: &mut [Self::Lanes]);
+    fn run(tape: &Tape<Self>, slots: &mut [Self::Lanes], width: usize);
     #[doc(hidden)]
     fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]);
 }
@@ -46,16 +44,12 @@ macro_rules! native {
         impl Native for $t {
             type Lanes = Pack<$t, $w>;
             #[inline(never)]
-            fn run_chunk(tape: &Tape<Self>, slots: &mut [Self::Lanes]) {
-                run::run::<Self::Lanes, CHUNK>(tape, slots);
-            }
-            #[inline(never)]
-            fn run_pack(tape: &Tape<Self>, slots: &mut [Self::Lanes]) {
-                run::run::<Self::Lanes, 1>(tape, slots);
+            fn run(tape: &Tape<Self>, slots: &mut [Self::Lanes], width: usize) {
+                run::run::<Self::Lanes>(tape, slots, width);
             }
             #[inline(never)]
             fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]) {
-                run::run::<Dual<Self::Lanes>, 1>(tape, slots);
+                run::run::<Dual<Self::Lanes>>(tape, slots, 1);
             }
         }
         impl Lanes<$t> for Pack<$t, $w> {
@@ -127,17 +121,9 @@ impl<T: Native> Program<T> {
     pub fn evaluate(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         let width = T::Lanes::WIDTH;
         let n = out.len();
-        let mut at = 0;
-        while at < n {
-            let left = n - at;
-            let count = if left > width { left.min(CHUNK * width) } else { left };
-            let part = p.map(|p| &p[at..at + count]);
-            if count > width {
-                self.chunk::<CHUNK>(scratch, part, &mut out[at..at + count]);
-            } else {
-                self.chunk::<1>(scratch, part, &mut out[at..at + count]);
-            }
-            at += count;
+        for at in (0..n).step_by(CHUNK * width) {
+            let end = (at + CHUNK * width).min(n);
+            self.chunk(scratch, p.map(|p| &p[at..end]), &mut out[at..end]);
         }
         if self.lipschitz != T::of(1.0) {
             for v in out {
@@ -146,18 +132,19 @@ impl<T: Native> Program<T> {
         }
     }
 
-    fn chunk<const K: usize>(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+    fn chunk(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         let width = T::Lanes::WIDTH;
-        let slots = reserve(&mut scratch.lanes, self.tape.slots() * K);
+        let packs = out.len().div_ceil(width);
+        let slots = reserve(&mut scratch.lanes, self.tape.slots() * packs);
         for (axis, p) in p.iter().enumerate() {
-            for g in 0..K {
-                let from = (g * width).min(p.len() - 1);
-                slots[axis * K + g] = T::Lanes::load(&p[from..]);
+            for (slot, p) in slots[axis * packs..].iter_mut().zip(p.chunks(width)) {
+                *slot = T::Lanes::load(p);
             }
         }
-        if K == CHUNK { T::run_chunk(&self.tape, slots) } else { T::run_pack(&self.tape, slots) }
-        for (g, out) in out.chunks_mut(width).enumerate() {
-            slots[self.tape.root() * K + g].store(out);
+        T::run(&self.tape, slots, packs);
+        let root = self.tape.root() * packs;
+        for (value, out) in slots[root..].iter().zip(out.chunks_mut(width)) {
+            value.store(out);
         }
     }
 
@@ -199,7 +186,7 @@ pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64),
     let Tables { consts, grids } = tape.tables();
     for ins in tape.instructions() {
         // SAFETY: the tape is checked, and there is one value for each of its slots.
-        unsafe { execute::<Iv, 1>(ins, slots.as_mut_ptr(), &Tables { consts, grids }) };
+        unsafe { execute::<Iv>(ins, slots.as_mut_ptr(), 1, &Tables { consts, grids }) };
     }
     let Iv { lo, hi } = slots[tape.root()];
     Ok((lo, hi))

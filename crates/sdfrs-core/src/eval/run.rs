@@ -61,11 +61,11 @@ fn best() -> Isa {
 
 #[inline(always)]
 #[allow(unsafe_code)]
-unsafe fn all<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
+unsafe fn all<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
     let t: Tables<R::S> = tape.tables();
     for ins in tape.instructions() {
-        // SAFETY: the tape is checked, and the caller has `K` values for each of its slots.
-        unsafe { execute::<R, K>(ins, slots.as_mut_ptr(), &t) };
+        // SAFETY: the tape is checked, and the caller has `width` values for each of its slots.
+        unsafe { execute::<R>(ins, slots.as_mut_ptr(), width, &t) };
     }
 }
 
@@ -78,29 +78,29 @@ macro_rules! versions {
 
             #[target_feature(enable = $features)]
             #[allow(unsafe_code)]
-            pub unsafe fn run<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
+            pub unsafe fn run<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
                 // SAFETY: passed on.
-                unsafe { super::all::<R, K>(tape, slots) }
+                unsafe { super::all::<R>(tape, slots, width) }
             }
         }
     )*};
 }
 versions!(avx512 "avx512f,avx512vl,avx512dq,avx512bw", avx2 "avx2", sse41 "sse4.1");
 
-/// Runs the tape over `K` values a slot.
+/// Runs the tape over `width` values a slot.
 #[allow(unsafe_code)]
-pub fn run<R: Real, const K: usize>(tape: &Tape<R::S>, slots: &mut [R]) {
-    assert!(slots.len() >= tape.slots() * K);
+pub fn run<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
+    assert!(slots.len() >= tape.slots() * width);
     // SAFETY: the memory was just measured; the processor has the features that `isa` names.
     unsafe {
         match isa() {
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => avx512::run::<R, K>(tape, slots),
+            Isa::Avx512 => avx512::run::<R>(tape, slots, width),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => avx2::run::<R, K>(tape, slots),
+            Isa::Avx2 => avx2::run::<R>(tape, slots, width),
             #[cfg(target_arch = "x86_64")]
-            Isa::Sse41 => sse41::run::<R, K>(tape, slots),
-            _ => all::<R, K>(tape, slots),
+            Isa::Sse41 => sse41::run::<R>(tape, slots, width),
+            _ => all::<R>(tape, slots, width),
         }
     }
 }

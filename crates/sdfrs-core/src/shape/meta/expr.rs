@@ -57,7 +57,7 @@ fn range(op: Op, operands: &[Operand]) -> Iv {
     let ins = Ins { op, d: 4, a: [0, 1, 2, 3], k: 0, n: 0 };
     // SAFETY: scalar ops have at most four operands, all five slots exist, and none reads a constant
     // (`const` is a kind of its own).
-    unsafe { execute::<Iv, 1>(&ins, slots.as_mut_ptr(), &Tables { consts: &[], grids: &[] }) };
+    unsafe { execute::<Iv>(&ins, slots.as_mut_ptr(), 1, &Tables { consts: &[], grids: &[] }) };
     slots[4]
 }
 
