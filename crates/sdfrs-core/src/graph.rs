@@ -10,8 +10,6 @@ mod lower;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use frame::rotation;
-
 use crate::{
     error::SceneError,
     grid::Grid,

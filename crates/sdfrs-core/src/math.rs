@@ -14,6 +14,10 @@
 //!
 //! Law (tests below): at most 2.6 ulp in f32 and 2.5 in f64, special values as in IEEE 754.
 
+mod rotation;
+
+pub use rotation::{Matrix, rotation};
+
 /// The transcendental functions of a floating-point type; NaN in, NaN out.
 pub trait Math: Copy {
     /// Sine of an angle in radians.

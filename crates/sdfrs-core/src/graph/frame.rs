@@ -3,9 +3,7 @@
 use std::collections::HashMap;
 
 use super::Graph;
-use crate::{error::SceneError, op::Op};
-
-pub type Matrix = [[f64; 3]; 3];
+use crate::{error::SceneError, math::Matrix, op::Op};
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -90,17 +88,4 @@ impl Frames {
     pub fn get(&self, id: u32) -> Frame {
         self.all[id as usize]
     }
-}
-
-/// Rotation by `angle` radians about an axis, right-handed (Rodrigues).
-pub fn rotation(angle: f64, axis: &[f64; 3]) -> Matrix {
-    let len = (axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]).sqrt();
-    let [x, y, z] = axis.map(|v| v / len);
-    let (s, c) = (crate::real::Real::sin(angle), crate::real::Real::cos(angle));
-    let m = 1.0 - c;
-    [
-        [m * x * x + c, m * x * y - z * s, m * x * z + y * s],
-        [m * x * y + z * s, m * y * y + c, m * y * z - x * s],
-        [m * x * z - y * s, m * y * z + x * s, m * z * z + c],
-    ]
 }

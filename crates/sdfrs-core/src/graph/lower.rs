@@ -4,10 +4,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::{
     Form, Graph,
-    frame::{Frame, Frames, rotation},
+    frame::{Frame, Frames},
 };
 use crate::{
     error::SceneError,
+    math::rotation,
     op::Op,
     shape::{Kind, Shape, meta},
 };

@@ -26,7 +26,7 @@ fn centre_looks_at_the_target() {
     let mut c = camera();
     (c.width, c.height, c.origin, c.target) = (5, 7, [3.0, 2.0, 4.0], [-1.0, 0.5, 0.25]);
     let (_, d) = c.ray(2, 3).unwrap();
-    let want = unit(sub(c.target, c.origin)).unwrap();
+    let want = unit(DVec3::from(c.target) - DVec3::from(c.origin)).unwrap().to_array();
     assert!((0..3).all(|i| (d[i] - want[i]).abs() < 1e-15));
 }
 
@@ -44,7 +44,7 @@ fn all_rays_are_row_major_and_of_unit_length() {
     let (o, d) = c.rays::<f64>().unwrap();
     assert_eq!((o.len(), d.len()), (31 * 17, 31 * 17));
     assert_eq!((o[31 * 5 + 7], d[31 * 5 + 7]), c.ray(7, 5).unwrap());
-    assert!(d.iter().all(|v| (dot(*v, *v) - 1.0).abs() < 1e-15));
+    assert!(d.iter().all(|v| (DVec3::from(*v).length_squared() - 1.0).abs() < 1e-15));
     assert!(d[0][1] > d[31 * 16][1], "row 0 is the top");
 }
 

@@ -151,7 +151,7 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
             for i in 0..3 {
                 m.even[i] &= along[i] || *angle == 0.0;
             }
-            Meta { bounds: m.bounds.rotated(&crate::graph::rotation(*angle, axis)), ..m }
+            Meta { bounds: m.bounds.rotated(&crate::math::rotation(*angle, axis)), ..m }
         }
         Kind::Scale { factors } => {
             let (least, most) = extremes(factors);

@@ -35,7 +35,7 @@ pub fn swing(kind: &Kind, children: &[Shape], bounds: &Aabb) -> [f64; 3] {
             child(&|m| shifted(m, &std::array::from_fn(far)))
         }
         Kind::Rotate { angle, axis } => child(&|m| {
-            let r = crate::graph::rotation(*angle, axis);
+            let r = crate::math::rotation(*angle, axis);
             std::array::from_fn(|i| (0..3).filter(|&j| r[i][j] != 0.0).map(|j| r[i][j].abs() * m.swing[j]).sum())
         }),
         Kind::Scale { factors } => child(&|m| {
