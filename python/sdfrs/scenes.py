@@ -264,7 +264,7 @@ def spheres1000() -> Scene:
     for _ in range(1000):
         center = tuple(4.0 * uniform() - 2.0 for _ in range(3))
         balls.append(sphere(0.04 + 0.1 * uniform(), center=center))
-    camera = Camera.look_at((4.2, 3.0, 5.6), (0, 0, 0), fov=40, width=1280, height=720)
+    camera = Camera.look_at((4.7, 3.4, 6.3), (0, 0, 0), fov=40, width=1280, height=720)
     lights = (PointLight((6, 9, 5), (1.0, 0.96, 0.9), 0.95), PointLight((-7, 3, 5), (0.6, 0.75, 1.0), 0.3))
     return Scene(union(*balls), camera, lights, (0.94, 0.95, 0.97), (0.85, 0.62, 0.50))
 

@@ -47,10 +47,9 @@ def test_the_examples_are_found():
     assert count > 150 and len(NAMES) > 80
 
 
-@pytest.mark.parametrize("name", NAMES)
+# Expr's one method is what np.clip calls; operators have their example at the class.
+@pytest.mark.parametrize("name", [n for n in NAMES if not n.startswith("Expr.")])
 def test_every_public_name_has_an_example(name):
-    if name.startswith("Expr."):  # what np.clip calls; operators have their example at the class
-        return
     text = inspect.getdoc(NAMES[name]) or ""
     first = text.split("\n")[0]
     assert first.endswith((".", ":")) or "\n" in text, f"{name}: the first line must be a sentence"

@@ -122,12 +122,15 @@ def test_nary_union_equals_pairs(rng):
     np.testing.assert_array_equal(sdfrs.union(balls)(points), pairs(points))
 
 
-@pytest.mark.parametrize("name", NAMES)
+# The Mandelbulb's distance is an estimate: its bound is not certified, and the next test says so.
+@pytest.mark.parametrize("name", [n for n in NAMES if n != "mandelbulb"])
 def test_check_finds_no_violation(name, shapes):
-    if name == "mandelbulb":  # an estimate: its bound is declared, not certified
-        return
     found = shapes[name].check(samples=4000, seed=3)
     assert found.ok, found
+
+
+def test_check_finds_that_the_mandelbulb_is_an_estimate():
+    assert not sdfrs.mandelbulb(8, 8).check(samples=20_000).ok
 
 
 def test_check_names_a_pair_that_really_violates():
@@ -141,14 +144,13 @@ def test_check_names_a_pair_that_really_violates():
     assert len(repr(found)) < 200
 
 
-@pytest.mark.parametrize("name", NAMES)
+# with_bounds says its box against the truth.
+@pytest.mark.parametrize("name", [n for n in NAMES if n != "with_bounds"])
 def test_bounds_hold_the_solid(name, shapes, rng):
     shape = shapes[name]
     lo, hi = np.array(shape.bounds)
     points = cloud(rng, 20000, 4)
     inside = points[shape(points, precision="f64") < 0]
-    if name == "with_bounds":  # says so itself, against the truth
-        return
     assert ((inside >= lo - 1e-9) & (inside <= hi + 1e-9)).all()
 
 
@@ -205,7 +207,7 @@ def test_repr_is_short(name, shapes):
 
 def test_lipschitz_by_rule():
     assert sdfrs.sphere().lipschitz == 1.0
-    assert (sdfrs.sphere().twist(1.0) | sdfrs.plane()).lipschitz > 1
+    assert (sdfrs.box((1, 4, 1)).twist(1.0) | sdfrs.plane()).lipschitz > 1
     assert sdfrs.box(2).scale(5).lipschitz == 1.0
     assert sdfrs.box(2).with_lipschitz(3).translate((1, 0, 0)).lipschitz == 3.0
 

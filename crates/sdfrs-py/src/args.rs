@@ -51,7 +51,9 @@ impl CameraArg {
             ("pinhole", Some(fov_deg), _) => Kind::Pinhole { fov_deg },
             ("orthographic", _, Some(extent)) => Kind::Orthographic { extent },
             (kind, ..) => {
-                let message = format!("got {kind:?} without its size, allowed: pinhole with fov, orthographic with extent");
+                let message = format!(
+                    "got {kind:?} without its size, allowed: pinhole with fov, orthographic with extent"
+                );
                 return Err(SceneError::new("camera kind", message));
             }
         };

@@ -70,7 +70,9 @@ fn supervise<R: Send>(
         loop {
             match receive.recv_timeout(POLL) {
                 Ok(result) => return stopped.map_or_else(|| Ok(result?), Err),
-                Err(RecvTimeoutError::Disconnected) => return Err(Fault::Internal("the worker vanished".into()).into()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(Fault::Internal("the worker vanished".into()).into());
+                }
                 Err(RecvTimeoutError::Timeout) if stopped.is_none() => {
                     stopped = poll(progress, control.done()).err();
                     if stopped.is_some() {

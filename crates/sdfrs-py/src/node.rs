@@ -73,7 +73,10 @@ fn value(name: &str, v: &Bound<'_, PyAny>) -> PyResult<Value> {
         }
         return Ok(Value::Vec3(v.extract()?));
     }
-    Err(PyTypeError::new_err(format!("{name} must be a number, a text, three numbers or None, got {}", v.repr()?)))
+    Err(PyTypeError::new_err(format!(
+        "{name} must be a number, a text, three numbers or None, got {}",
+        v.repr()?
+    )))
 }
 
 #[pymethods]
@@ -154,7 +157,11 @@ impl Node {
         ) -> PyResult<Bound<'py, PyAny>> {
             let few = points.len() <= values::FEW;
             let work = move |control: &_| Ok(values::values(node.program()?, &points, control));
-            let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
+            let out = if few {
+                call::short(py, || work(&Default::default()))
+            } else {
+                call::long(py, &Progress::none(), work)
+            };
             flat(py, out?).into_bound_py_any(py)
         }
         match points.extract::<PyReadonlyArray2<'_, f32>>() {
@@ -172,7 +179,11 @@ impl Node {
         ) -> PyResult<Bound<'py, PyAny>> {
             let few = points.len() <= values::FEW;
             let work = move |control: &_| Ok(values::gradients(node.program()?, &points, control));
-            let out = if few { call::short(py, || work(&Default::default())) } else { call::long(py, &Progress::none(), work) };
+            let out = if few {
+                call::short(py, || work(&Default::default()))
+            } else {
+                call::long(py, &Progress::none(), work)
+            };
             triples(py, out?)
         }
         match points.extract::<PyReadonlyArray2<'_, f32>>() {

@@ -25,7 +25,8 @@ pub fn lights(lights: Vec<LightArg>) -> Vec<PointLight> {
 }
 
 type LightParts = ([f64; 3], [f64; 3], f64);
-type Parts<'py> = (Node, Option<Bound<'py, PyDict>>, Option<Vec<LightParts>>, Option<[f64; 3]>, Option<[f64; 3]>);
+type Parts<'py> =
+    (Node, Option<Bound<'py, PyDict>>, Option<Vec<LightParts>>, Option<[f64; 3]>, Option<[f64; 3]>);
 
 /// The text of a scene file.
 #[pyfunction]

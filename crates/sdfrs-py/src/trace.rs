@@ -30,7 +30,12 @@ struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    fn new(node: &'a Bound<'_, Node>, tracer: &str, parts: &Bound<'_, PyDict>, limits: Limits) -> PyResult<Self> {
+    fn new(
+        node: &'a Bound<'_, Node>,
+        tracer: &str,
+        parts: &Bound<'_, PyDict>,
+        limits: Limits,
+    ) -> PyResult<Self> {
         Ok(Self { shape: &node.get().shape, tracer: args::tracer(tracer, parts)?, limits })
     }
 }
@@ -63,8 +68,12 @@ pub fn trace<'py>(
         let progress = Progress { callback, total: origins.len() as u64 };
         let (hits, summary) = call::long(py, &progress, move |control| {
             contract::check_rays(&origins, &mut directions)?;
-            let rays =
-                Rays { origins: &origins, directions: &directions, t_min: spans[0].span(), t_max: spans[1].span() };
+            let rays = Rays {
+                origins: &origins,
+                directions: &directions,
+                t_min: spans[0].span(),
+                t_max: spans[1].span(),
+            };
             march(job, &rays, control)
         })?;
         hits_fields(py, hits, &summary)
@@ -77,12 +86,17 @@ pub fn trace<'py>(
     run::<f64>(py, &job, rays, [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress)
 }
 
-fn march<T: Native>(job: &Job<'_>, rays: &Rays<'_, T>, control: &Control) -> Result<(Hits<T>, Summary), Fault> {
+fn march<T: Native>(
+    job: &Job<'_>,
+    rays: &Rays<'_, T>,
+    control: &Control,
+) -> Result<(Hits<T>, Summary), Fault> {
     let program = Program::<T>::for_tracing(job.shape)?;
     let start = Instant::now();
     let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
-    let summary = Summary::of(&hits, seconds, job.shape.meta().lip_trace, program.tape().instructions().len() as u64);
+    let summary =
+        Summary::of(&hits, seconds, job.shape.meta().lip_trace, program.tape().instructions().len() as u64);
     Ok((hits, summary))
 }
 
@@ -164,7 +178,8 @@ pub fn render<'py>(
     let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
     let camera = camera.get().map_err(Fault::from)?;
     let lights = scene::lights(lights);
-    let scene = Scene { shape: job.shape, camera: &camera, lights: &lights, surface: Surface { albedo, background } };
+    let scene =
+        Scene { shape: job.shape, camera: &camera, lights: &lights, surface: Surface { albedo, background } };
     if args::is_f32(precision)? {
         run::<f32>(py, &job, &scene, t_max, progress)
     } else {
@@ -173,7 +188,11 @@ pub fn render<'py>(
 }
 
 /// The arrays and the numbers of a trace, by the names of their Python fields.
-fn hits_fields<'py, T: Number>(py: Python<'py>, hits: Hits<T>, summary: &Summary) -> PyResult<Bound<'py, PyDict>> {
+fn hits_fields<'py, T: Number>(
+    py: Python<'py>,
+    hits: Hits<T>,
+    summary: &Summary,
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("t", flat(py, hits.t))?;
     dict.set_item("status", flat(py, hits.status))?;

@@ -27,7 +27,9 @@ pub fn values<T: Native>(program: &Program<T>, points: &[[T; 3]], control: &Cont
     if points.len() <= FEW {
         piece(&mut Scratch::new(), (points, &mut out));
     } else {
-        pool::install(|| points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece));
+        pool::install(|| {
+            points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece)
+        });
     }
     out
 }
@@ -49,7 +51,9 @@ pub fn gradients<T: Native>(program: &Program<T>, points: &[[T; 3]], control: &C
     if points.len() <= FEW {
         piece(&mut Scratch::new(), (points, &mut out));
     } else {
-        pool::install(|| points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece));
+        pool::install(|| {
+            points.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE)).for_each_init(Scratch::new, piece)
+        });
     }
     out
 }
