@@ -80,7 +80,11 @@ pub struct Rays<'a, T> {
 /// Refuses rays that are not finite or not of unit length (within 1e-3), then normalises in place.
 pub fn check_rays<T: Scalar>(origins: &[[T; 3]], directions: &mut [[T; 3]]) -> Result<(), SceneError> {
     if origins.len() != directions.len() {
-        let message = format!("got {} origins and {} directions, allowed: as many of each", origins.len(), directions.len());
+        let message = format!(
+            "got {} origins and {} directions, allowed: as many of each",
+            origins.len(),
+            directions.len()
+        );
         return Err(SceneError::new("rays", message));
     }
     for (i, (o, d)) in origins.iter().zip(directions.iter_mut()).enumerate() {
@@ -89,7 +93,8 @@ pub fn check_rays<T: Scalar>(origins: &[[T; 3]], directions: &mut [[T; 3]]) -> R
             return Err(SceneError::new("rays", format!("origin {i} is {o:?}, allowed: finite numbers")));
         }
         if !((len - T::of(1.0)).abs() <= T::of(1e-3)) {
-            let message = format!("direction {i} is {d:?} of length {len:?}, allowed: unit length within 1e-3");
+            let message =
+                format!("direction {i} is {d:?} of length {len:?}, allowed: unit length within 1e-3");
             return Err(SceneError::new("rays", message));
         }
         *d = [d[0] / len, d[1] / len, d[2] / len];
@@ -98,12 +103,20 @@ pub fn check_rays<T: Scalar>(origins: &[[T; 3]], directions: &mut [[T; 3]]) -> R
 }
 
 /// Refuses spans that are not finite where they must be, or turned around.
-pub fn check_spans<T: Scalar>(n: usize, t_min: &Span<T>, t_max: &Span<T>, finite_end: bool) -> Result<(), SceneError> {
+pub fn check_spans<T: Scalar>(
+    n: usize,
+    t_min: &Span<T>,
+    t_max: &Span<T>,
+    finite_end: bool,
+) -> Result<(), SceneError> {
     for (name, span) in [("t_min", t_min), ("t_max", t_max)] {
         if let Span::Each(v) = span
             && v.len() != n
         {
-            return Err(SceneError::new(name, format!("got {} values, allowed: one, or one for each of {n} rays", v.len())));
+            return Err(SceneError::new(
+                name,
+                format!("got {} values, allowed: one, or one for each of {n} rays", v.len()),
+            ));
         }
     }
     let rows = match (t_min, t_max) {
@@ -113,11 +126,21 @@ pub fn check_spans<T: Scalar>(n: usize, t_min: &Span<T>, t_max: &Span<T>, finite
     for i in 0..rows {
         let (a, b) = (t_min.at(i), t_max.at(i));
         if !a.is_finite() || b.is_nan() || (finite_end && !b.is_finite()) {
-            let allowed = if finite_end { "finite numbers (this tracer halves the range)" } else { "a finite t_min, t_max not NaN" };
-            return Err(SceneError::new("t_min, t_max", format!("ray {i} has {a:?}, {b:?}, allowed: {allowed}")));
+            let allowed = if finite_end {
+                "finite numbers (this tracer halves the range)"
+            } else {
+                "a finite t_min, t_max not NaN"
+            };
+            return Err(SceneError::new(
+                "t_min, t_max",
+                format!("ray {i} has {a:?}, {b:?}, allowed: {allowed}"),
+            ));
         }
         if !(a <= b) {
-            return Err(SceneError::new("t_min, t_max", format!("ray {i} has {a:?} > {b:?}, allowed: t_min <= t_max")));
+            return Err(SceneError::new(
+                "t_min, t_max",
+                format!("ray {i} has {a:?} > {b:?}, allowed: t_min <= t_max"),
+            ));
         }
     }
     Ok(())

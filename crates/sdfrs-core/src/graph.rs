@@ -10,12 +10,7 @@ mod lower;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::{
-    error::SceneError,
-    grid::Grid,
-    op::Op,
-    shape::Shape,
-};
+use crate::{error::SceneError, grid::Grid, op::Op, shape::Shape};
 
 /// Most ops of a scene: shared parts at different places are counted at each place.
 pub const MAX_OPS: usize = 1 << 21;
@@ -27,7 +22,8 @@ pub const INPUTS: u32 = 3;
 pub enum Form {
     /// The field itself.
     Value,
-    /// A field with the same surface that is safe to walk (textures by their safe step).
+    /// A field with the same surface that is safe to walk: each part divided by its own Lipschitz bound,
+    /// textures by their safe step. One steep part doesn't slow the others.
     Walk,
     /// The same for the complement.
     WalkNegated,
@@ -94,7 +90,10 @@ impl Graph {
             return Ok(*id);
         }
         if self.nodes.len() >= MAX_OPS || self.consts.len() + consts.len() > u32::MAX as usize {
-            return Err(SceneError::new("scene", format!("the scene expands to more than {MAX_OPS} operations")));
+            return Err(SceneError::new(
+                "scene",
+                format!("the scene expands to more than {MAX_OPS} operations"),
+            ));
         }
         let (k, n) = (self.consts.len() as u32, consts.len() as u32);
         self.consts.extend_from_slice(consts);
@@ -106,7 +105,9 @@ impl Graph {
 
     /// An op with a constant second operand, as its shorter form with the same bits.
     fn with_constant(&self, op: Op, operands: &[u32]) -> Option<(Op, u32, f64)> {
-        let constant = |i: usize| self.node(operands[i]).filter(|n| n.op == Op::Const).map(|n| self.consts[n.k as usize]);
+        let constant = |i: usize| {
+            self.node(operands[i]).filter(|n| n.op == Op::Const).map(|n| self.consts[n.k as usize])
+        };
         match op {
             Op::Add => match (constant(0), constant(1)) {
                 (_, Some(c)) => Some((Op::AddC, operands[0], c)),

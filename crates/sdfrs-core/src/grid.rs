@@ -95,7 +95,8 @@ impl Grid {
         if (0..3).any(|i| !(spacing[i] > 0.0 && spacing[i].is_finite())) {
             return bad(format!("spacing is {spacing:?}, allowed: finite and above 0"));
         }
-        let mut grid = Self { values, dims, lo, hi, spacing, lipschitz: 0.0, axis_slope: 0.0, safe: (1.0, 0.0) };
+        let mut grid =
+            Self { values, dims, lo, hi, spacing, lipschitz: 0.0, axis_slope: 0.0, safe: (1.0, 0.0) };
         (grid.lipschitz, grid.axis_slope) = grid.slopes();
         grid.safe = grid.safe_step();
         Ok(grid)
@@ -125,7 +126,8 @@ impl Grid {
     fn safe_step(&self) -> (f64, f64) {
         if self.axis_slope <= 1.001 {
             let [hx, hy, hz] = self.spacing;
-            let diagonal = if hx == hy && hy == hz { 3f64.sqrt() * hx } else { (hx * hx + hy * hy + hz * hz).sqrt() };
+            let diagonal =
+                if hx == hy && hy == hz { 3f64.sqrt() * hx } else { (hx * hx + hy * hy + hz * hz).sqrt() };
             (3f64.sqrt(), diagonal)
         } else {
             (self.lipschitz, f64::INFINITY)
@@ -136,7 +138,8 @@ impl Grid {
     fn slopes(&self) -> (f64, f64) {
         let [nx, ny, nz] = self.dims;
         let (mut steep, mut axis) = (0f64, 0f64);
-        let diff = |i: usize, j: usize, h: f64| ((self.values.at::<f64>(j) - self.values.at::<f64>(i)) / h).abs();
+        let diff =
+            |i: usize, j: usize, h: f64| ((self.values.at::<f64>(j) - self.values.at::<f64>(i)) / h).abs();
         for z in 0..nz - 1 {
             for y in 0..ny - 1 {
                 for x in 0..nx - 1 {
@@ -144,7 +147,10 @@ impl Grid {
                     let (sy, sz) = (nx, nx * ny);
                     let [hx, hy, hz] = self.spacing;
                     let along = |step: usize, a: usize, b: usize, h: f64| {
-                        [i, i + a, i + b, i + a + b].into_iter().map(|k| diff(k, k + step, h)).fold(0.0, f64::max)
+                        [i, i + a, i + b, i + a + b]
+                            .into_iter()
+                            .map(|k| diff(k, k + step, h))
+                            .fold(0.0, f64::max)
                     };
                     let d = [along(1, sy, sz, hx), along(sy, 1, sz, hy), along(sz, 1, sy, hz)];
                     steep = steep.max(d.iter().map(|v| v * v).sum());
@@ -184,7 +190,16 @@ impl Grid {
     #[inline(always)]
     fn corners<T: Scalar>(&self, base: usize) -> [T; 8] {
         let (sy, sz) = (self.dims[0], self.dims[0] * self.dims[1]);
-        let at = [base, base + 1, base + sy, base + sy + 1, base + sz, base + sz + 1, base + sz + sy, base + sz + sy + 1];
+        let at = [
+            base,
+            base + 1,
+            base + sy,
+            base + sy + 1,
+            base + sz,
+            base + sz + 1,
+            base + sz + sy,
+            base + sz + sy + 1,
+        ];
         match &self.values {
             GridValues::F32(v) => at.map(|i| T::of(f64::from(v[i]))),
             GridValues::F64(v) => at.map(|i| T::of(v[i])),
@@ -219,8 +234,16 @@ impl Grid {
         let (y0, y1) = (mix(x[0], x[1], fy), mix(x[2], x[3], fy));
         let v = mix(y0, y1, fz);
         let dx: [T; 4] = std::array::from_fn(|i| c[2 * i + 1] - c[2 * i]);
-        let slope = [mix(mix(dx[0], dx[1], fy), mix(dx[2], dx[3], fy), fz), mix(x[1] - x[0], x[3] - x[2], fz), y1 - y0];
-        let scale = if self.stepped(v, step) == v / T::of(self.safe.0) && step != Step::Raw { T::of(self.safe.0) } else { T::of(1.0) };
+        let slope = [
+            mix(mix(dx[0], dx[1], fy), mix(dx[2], dx[3], fy), fz),
+            mix(x[1] - x[0], x[3] - x[2], fz),
+            y1 - y0,
+        ];
+        let scale = if self.stepped(v, step) == v / T::of(self.safe.0) && step != Step::Raw {
+            T::of(self.safe.0)
+        } else {
+            T::of(1.0)
+        };
         let v = self.stepped(v, step);
         let mut g: [T; 3] = std::array::from_fn(|a| slope[a] / (T::of(self.spacing[a]) * scale));
         let d = T::len3(cell.outside[0], cell.outside[1], cell.outside[2]);

@@ -23,7 +23,8 @@ pub fn set_threads(n: usize) {
 /// Number of worker threads in use.
 pub fn threads() -> usize {
     let wanted = *WANTED.lock().unwrap_or_else(PoisonError::into_inner);
-    let from_env = || std::env::var("SDFRS_THREADS").ok().and_then(|v| v.parse().ok()).filter(|&n: &usize| n > 0);
+    let from_env =
+        || std::env::var("SDFRS_THREADS").ok().and_then(|v| v.parse().ok()).filter(|&n: &usize| n > 0);
     let n = if wanted > 0 { Some(wanted) } else { from_env() };
     n.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).min(1024)
 }
@@ -48,7 +49,9 @@ fn current() -> Option<Arc<ThreadPool>> {
             std::mem::forget(slot.take());
         }
     }
-    let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("sdfrs-{i}")).build().ok()?);
+    let pool = Arc::new(
+        ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("sdfrs-{i}")).build().ok()?,
+    );
     *slot = Some(Entry { pid, threads, pool: pool.clone() });
     Some(pool)
 }

@@ -59,7 +59,8 @@ impl<T: Scalar> Tape<T> {
             ins.push(Ins { op: node.op, d, a, k: node.k, n: node.n });
         }
         let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
-        let tape = Self { ins, consts, grids: graph.grids.clone(), slots, root: slot_of[graph.root as usize] };
+        let tape =
+            Self { ins, consts, grids: graph.grids.clone(), slots, root: slot_of[graph.root as usize] };
         tape.check();
         tape
     }
@@ -68,7 +69,8 @@ impl<T: Scalar> Tape<T> {
     fn check(&self) {
         for i in &self.ins {
             let slots = i.a[..i.op.arity()].iter().chain([&i.d]).all(|s| *s < self.slots);
-            let consts = (i.k as usize + i.n as usize) <= self.consts.len() && i.op.constants().is_none_or(|n| n == i.n as usize);
+            let consts = (i.k as usize + i.n as usize) <= self.consts.len()
+                && i.op.constants().is_none_or(|n| n == i.n as usize);
             assert!(slots && consts, "{i:?} leaves the program's memory");
         }
         assert!(self.root < self.slots);

@@ -31,7 +31,8 @@ fn primitives_are_distances() {
 #[test]
 fn cone_is_the_distance_to_its_outline() {
     let (r0, r1, half) = (0.8, 0.2, 0.6);
-    let cone = build("cone", &[("radius", num(r0)), ("height", num(2.0 * half)), ("top_radius", num(r1))], &[]);
+    let cone =
+        build("cone", &[("radius", num(r0)), ("height", num(2.0 * half)), ("top_radius", num(r1))], &[]);
     // Outline in the half plane: axis to rim, side, rim to axis.
     let outline = [[0.0, -half], [r0, -half], [r1, half], [0.0, half]];
     let mut random = Random(5);
@@ -100,9 +101,15 @@ fn unbounded_shapes_are_not_repeated() {
 fn a_union_of_spheres_is_one_op() {
     let ball = build("sphere", &[("radius", num(0.2))], &[]);
     let mut random = Random(7);
-    let balls: Vec<Shape> = (0..500).map(|_| { let [x, y, z] = random.point(2.0); moved(&ball, x, y, z) }).collect();
+    let balls: Vec<Shape> = (0..500)
+        .map(|_| {
+            let [x, y, z] = random.point(2.0);
+            moved(&ball, x, y, z)
+        })
+        .collect();
     let flat = build("union", &[("k", num(0.0))], &balls.iter().collect::<Vec<_>>());
-    let nested = balls[1..].iter().fold(balls[0].clone(), |a, b| build("union", &[("k", num(0.0))], &[&a, b]));
+    let nested =
+        balls[1..].iter().fold(balls[0].clone(), |a, b| build("union", &[("k", num(0.0))], &[&a, b]));
     for s in [&flat, &nested] {
         assert_eq!(Program::<f32>::values(s).unwrap().tape().instructions().len(), 1);
     }
@@ -184,6 +191,9 @@ fn a_texture_is_walked_by_its_safe_step_wherever_it_stands() {
     assert_eq!(at(&moved(&tex, 0.0, 0.0, 0.0)), safe);
     assert_eq!(at(&build("with_lipschitz", &[("lipschitz", num(1.0))], &[&tex])), v);
     assert_eq!(at(&build("with_lipschitz", &[("lipschitz", num(2.0))], &[&tex])), v / 2.0);
+    // A steep part is slowed by its own bound, not its neighbours.
+    let steep = build("with_lipschitz", &[("lipschitz", num(4.0))], &[&far]);
+    assert_eq!(at(&build("union", &[("k", num(0.0))], &[&tex, &moved(&steep, 9e3, 0.0, 0.0)])), safe);
     // A smooth blend mixes values: there the whole field is divided by its slope instead.
     let blended = build("union", &[("k", num(0.1))], &[&tex, &far]);
     assert_eq!(at(&blended), v / blended.lipschitz());

@@ -37,7 +37,13 @@ fn no_pair_is_steeper_than_the_bound() {
         for i in 0..n {
             let dist = (0..3).map(|k| (a[i][k] - b[i][k]).powi(2)).sum::<f64>().sqrt();
             let (rise, allowed) = ((fa[i] - fb[i]).abs(), shape.lipschitz() * dist * (1.0 + 1e-9) + 1e-13);
-            assert!(rise <= allowed, "{name}: {:?} to {:?} rises {rise} over {dist}, bound {}", a[i], b[i], shape.lipschitz());
+            assert!(
+                rise <= allowed,
+                "{name}: {:?} to {:?} rises {rise} over {dist}, bound {}",
+                a[i],
+                b[i],
+                shape.lipschitz()
+            );
         }
     }
 }
@@ -92,7 +98,8 @@ fn has_texture(shape: &Shape) -> bool {
 fn intervals_shrink_with_their_box() {
     for (name, shape) in everything() {
         let width = |h: f64| {
-            let (a, b) = interval(&shape, [0.81 - h, 0.57 - h, 0.33 - h], [0.81 + h, 0.57 + h, 0.33 + h]).unwrap();
+            let (a, b) =
+                interval(&shape, [0.81 - h, 0.57 - h, 0.33 - h], [0.81 + h, 0.57 + h, 0.33 + h]).unwrap();
             b - a
         };
         // A texture's range is that of whole cells.
@@ -110,13 +117,27 @@ fn duals_give_the_slope_and_the_bits_of_the_value() {
         let p: [Vec<f64>; 3] = std::array::from_fn(|i| points.iter().map(|p| p[i]).collect());
         let mut g: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; points.len()]);
         let [v, gx, gy, gz] = &mut g;
-        Program::<f64>::values(&shape).unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, gx, gy, gz]);
-        assert!(g[0].iter().zip(values(&shape, &points)).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}: values");
+        Program::<f64>::values(&shape).unwrap().gradient(
+            &mut Scratch::new(),
+            [&p[0], &p[1], &p[2]],
+            [v, gx, gy, gz],
+        );
+        assert!(
+            g[0].iter().zip(values(&shape, &points)).all(|(a, b)| a.to_bits() == b.to_bits()),
+            "{name}: values"
+        );
         let h = 1e-6;
         let mut wrong = 0;
         for axis in 0..3 {
             let shifted = |by: f64| -> Vec<[f64; 3]> {
-                points.iter().map(|p| { let mut p = *p; p[axis] += by; p }).collect()
+                points
+                    .iter()
+                    .map(|p| {
+                        let mut p = *p;
+                        p[axis] += by;
+                        p
+                    })
+                    .collect()
             };
             let (up, down) = (values(&shape, &shifted(h)), values(&shape, &shifted(-h)));
             for i in 0..points.len() {

@@ -96,7 +96,7 @@ fn march<T: Native>(
     let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
     let summary =
-        Summary::of(&hits, seconds, job.shape.meta().lip_trace, program.tape().instructions().len() as u64);
+        Summary::of(&hits, seconds, job.shape.lipschitz(), program.tape().instructions().len() as u64);
     Ok((hits, summary))
 }
 

@@ -8,10 +8,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Field, Hits, Limits, Rays, Scalar, Scratch, Status,
-    contract::check_spans,
-    eval::Native,
-    pool,
+    Control, Field, Hits, Limits, Rays, Scalar, Scratch, Status, contract::check_spans, eval::Native, pool,
 };
 
 use crate::{
@@ -81,13 +78,23 @@ pub fn trace_source<T: Native>(
     match *tracer {
         Tracer::Basic { guards: true } => job.run(&Guarded(basic::Basic)),
         Tracer::Basic { guards: false } => job.run(&basic::Letter),
-        Tracer::Relaxed { omega, guards: true, .. } => job.run(&Guarded(relaxed::Relaxed { omega: of(omega) })),
+        Tracer::Relaxed { omega, guards: true, .. } => {
+            job.run(&Guarded(relaxed::Relaxed { omega: of(omega) }))
+        }
         Tracer::Relaxed { omega, form: Form::Y2023, .. } => job.run(&relaxed::Letter { omega: of(omega) }),
-        Tracer::Relaxed { omega, form: Form::Y2018, .. } => job.run(&Listing(relaxed::Relaxed { omega: of(omega) })),
-        Tracer::Enhanced { omega, guards: true, .. } => job.run(&Guarded(enhanced::Enhanced { omega: of(omega) })),
+        Tracer::Relaxed { omega, form: Form::Y2018, .. } => {
+            job.run(&Listing(relaxed::Relaxed { omega: of(omega) }))
+        }
+        Tracer::Enhanced { omega, guards: true, .. } => {
+            job.run(&Guarded(enhanced::Enhanced { omega: of(omega) }))
+        }
         Tracer::Enhanced { omega, form: Form::Y2023, .. } => job.run(&enhanced::Letter { omega: of(omega) }),
-        Tracer::Enhanced { omega, form: Form::Y2018, .. } => job.run(&Listing(enhanced::Enhanced { omega: of(omega) })),
-        Tracer::AutoRelaxed { beta, guards: true } => job.run(&Guarded(auto_relaxed::AutoRelaxed { beta: of(beta) })),
+        Tracer::Enhanced { omega, form: Form::Y2018, .. } => {
+            job.run(&Listing(enhanced::Enhanced { omega: of(omega) }))
+        }
+        Tracer::AutoRelaxed { beta, guards: true } => {
+            job.run(&Guarded(auto_relaxed::AutoRelaxed { beta: of(beta) }))
+        }
         Tracer::AutoRelaxed { beta, guards: false } => job.run(&auto_relaxed::Letter { beta: of(beta) }),
         Tracer::BinarySearch { form: SearchForm::Stackless, max_level, guards } => {
             job.run(&binary_search::Stackless { max_level, guards })
@@ -116,7 +123,8 @@ impl<T: Native> Job<'_, T> {
         let work = || {
             let tiles = hits.t.par_chunks_mut(TILE).zip(hits.status.par_chunks_mut(TILE));
             let tiles = tiles.zip(hits.steps.par_chunks_mut(TILE)).zip(hits.fallbacks.par_chunks_mut(TILE));
-            let tiles = tiles.zip(hits.multiplier.par_chunks_mut(TILE)).zip(hits.distance.par_chunks_mut(TILE));
+            let tiles =
+                tiles.zip(hits.multiplier.par_chunks_mut(TILE)).zip(hits.distance.par_chunks_mut(TILE));
             let tiles = tiles.zip(hits.witness.par_chunks_mut(TILE)).zip(hits.flags.par_chunks_mut(TILE));
             tiles.enumerate().for_each_init(
                 || Wave::new(walk),
@@ -205,7 +213,14 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
     }
 
     /// Walks `n` rays from `first` on to their ends.
-    fn tile(&mut self, job: &Job<T>, walk: &W, first: usize, n: usize, mut end: impl FnMut(usize, Status, &Tally<T>)) {
+    fn tile(
+        &mut self,
+        job: &Job<T>,
+        walk: &W,
+        first: usize,
+        n: usize,
+        mut end: impl FnMut(usize, Status, &Tally<T>),
+    ) {
         self.begin(job, walk, first, n);
         while !self.active.is_empty() && !job.control.is_cancelled() {
             self.sample(job);

@@ -145,7 +145,7 @@ pub fn render<T: Native>(
 }
 
 fn summarise<T: Native>(shape: &Shape, program: &Program<T>, hits: &Hits<T>, seconds: f64) -> Summary {
-    Summary::of(hits, seconds, shape.meta().lip_trace, program.tape().instructions().len() as u64)
+    Summary::of(hits, seconds, shape.lipschitz(), program.tape().instructions().len() as u64)
 }
 
 /// Normals and colours.

@@ -90,19 +90,17 @@ impl<T: Native> Default for Scratch<T> {
 #[derive(Debug, Clone)]
 pub struct Program<T: Native> {
     tape: Tape<T>,
-    /// What values are divided by on the way out.
-    lipschitz: T,
 }
 
 impl<T: Native> Program<T> {
     /// The field's values.
     pub fn values(shape: &Shape) -> Result<Self, SceneError> {
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?), lipschitz: T::of(1.0) })
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?) })
     }
 
-    /// The field that tracers walk: textures by their safe step, divided by the Lipschitz bound.
+    /// The field that tracers walk: each part divided by its Lipschitz bound, textures by their safe step.
     pub fn for_tracing(shape: &Shape) -> Result<Self, SceneError> {
-        let lip = shape.meta().lip_trace;
+        let lip = shape.lipschitz();
         if shape.is_expr() {
             return Err(SceneError::new(shape.op(), "is an expression, allowed: shapes"));
         }
@@ -110,7 +108,7 @@ impl<T: Native> Program<T> {
             let message = "no finite Lipschitz bound is known, allowed: shapes with one; declare it by with_lipschitz(L)";
             return Err(SceneError::new(shape.op(), message));
         }
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Walk)?), lipschitz: T::of(lip) })
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Walk)?) })
     }
 
     pub fn tape(&self) -> &Tape<T> {
@@ -124,11 +122,6 @@ impl<T: Native> Program<T> {
         for at in (0..n).step_by(CHUNK * width) {
             let end = (at + CHUNK * width).min(n);
             self.chunk(scratch, p.map(|p| &p[at..end]), &mut out[at..end]);
-        }
-        if self.lipschitz != T::of(1.0) {
-            for v in out {
-                *v = *v / self.lipschitz;
-            }
         }
     }
 
@@ -153,7 +146,6 @@ impl<T: Native> Program<T> {
         let width = T::Lanes::WIDTH;
         let [value, dx, dy, dz] = out;
         let slots = reserve(&mut scratch.duals, self.tape.slots());
-        let scale = T::Lanes::splat(self.lipschitz);
         for at in (0..value.len()).step_by(width) {
             let end = (at + width).min(value.len());
             for axis in 0..3 {
@@ -161,10 +153,10 @@ impl<T: Native> Program<T> {
             }
             T::run_duals(&self.tape, slots);
             let Dual(v, g) = slots[self.tape.root()];
-            (v / scale).store(&mut value[at..end]);
-            (g[0] / scale).store(&mut dx[at..end]);
-            (g[1] / scale).store(&mut dy[at..end]);
-            (g[2] / scale).store(&mut dz[at..end]);
+            v.store(&mut value[at..end]);
+            g[0].store(&mut dx[at..end]);
+            g[1].store(&mut dy[at..end]);
+            g[2].store(&mut dz[at..end]);
         }
     }
 }

@@ -19,6 +19,8 @@ enum Task<'a> {
     Visit(&'a Shape, u32, Form),
     /// Takes `n` operands off the values and pushes the node's own.
     Finish(&'a Shape, u32, Form, usize),
+    /// Divides the value on top.
+    Divide(f64),
 }
 
 struct Lower<'a, 'g> {
@@ -39,8 +41,21 @@ pub fn lower(graph: &mut Graph, shape: &Shape, form: Form) -> Result<u32, SceneE
         match task {
             Task::Visit(shape, frame, form) => match state.known.get(&(shape.ptr_id(), frame, form)) {
                 Some(value) => state.values.push(*value),
-                None => state.visit(shape, frame, form)?,
+                None if form == Form::Value || keeps_surface(shape.kind()) => {
+                    state.visit(shape, frame, form)?
+                }
+                None => {
+                    state.tasks.push(Task::Divide(shape.lipschitz()));
+                    state.visit(shape, frame, Form::Value)?;
+                }
             },
+            Task::Divide(by) => {
+                if let Some(top) = state.values.last_mut()
+                    && by != 1.0
+                {
+                    *top = state.graph.emit(Op::DivC, &[*top], &[by])?;
+                }
+            }
             Task::Finish(shape, frame, form, n) => {
                 let operands = state.values.split_off(state.values.len() - n);
                 let value = state.finish(shape, frame, form, &operands)?;
@@ -58,9 +73,12 @@ impl<'a> Lower<'a, '_> {
         let child = shape.children().first();
         match (shape.kind(), child) {
             (Kind::Translate { offset }, Some(child)) => self.pass(child, at.translated(offset), form),
-            (Kind::Rotate { angle, axis }, Some(child)) => self.pass(child, at.rotated(&rotation(*angle, axis)), form),
-            (Kind::WithBounds { .. } | Kind::Formula { .. }, Some(child)) => self.pass(child, at, form),
-            (Kind::WithLipschitz { .. }, Some(child)) => self.pass(child, at, Form::Value),
+            (Kind::Rotate { angle, axis }, Some(child)) => {
+                self.pass(child, at.rotated(&rotation(*angle, axis)), form)
+            }
+            (Kind::WithBounds { .. } | Kind::WithLipschitz { .. } | Kind::Formula { .. }, Some(child)) => {
+                self.pass(child, at, form)
+            }
             (Kind::Mirror { axis }, Some(child)) => {
                 let mut p = at.coordinates(self.graph)?;
                 p[*axis as usize] = self.graph.emit(Op::Abs, &[p[*axis as usize]], &[])?;
@@ -69,11 +87,13 @@ impl<'a> Lower<'a, '_> {
             (Kind::Twist { rate }, Some(child)) => {
                 let [x, y, z] = at.coordinates(self.graph)?;
                 let [x, z] = self.turned(*rate, y, [x, z])?;
+                self.slowed(shape, child, form);
                 self.pass(child, Frame::at([x, y, z]), form);
             }
             (Kind::Bend { rate }, Some(child)) => {
                 let [x, y, z] = at.coordinates(self.graph)?;
                 let [u, v] = self.turned(*rate, x, [x, y])?;
+                self.slowed(shape, child, form);
                 self.pass(child, Frame::at([u, v, z]), form);
             }
             (Kind::Scale { factors }, Some(child)) => {
@@ -87,9 +107,11 @@ impl<'a> Lower<'a, '_> {
                     q[i] = self.graph.emit(Op::Elongate, &[p[i]], &[amount[i]])?;
                 }
                 self.tasks.push(Task::Finish(shape, frame, form, 1));
-                self.pass(child, Frame::at(q), Form::Value);
+                self.pass(child, Frame::at(q), form);
             }
-            (Kind::Repeat { period, count }, Some(child)) => self.repeat(shape, child, frame, form, period, count)?,
+            (Kind::Repeat { period, count }, Some(child)) => {
+                self.repeat(shape, child, frame, form, period, count)?
+            }
             (Kind::Union { k } | Kind::Intersection { k }, _) if *k == 0.0 => {
                 let operands = flatten(shape);
                 self.operands(shape, frame, form, operands.into_iter().map(|s| (s, form)).collect());
@@ -99,11 +121,23 @@ impl<'a> Lower<'a, '_> {
                 self.operands(shape, frame, form, shape.children().iter().zip(forms).collect());
             }
             (Kind::Negate {}, _) => {
-                self.operands(shape, frame, form, shape.children().iter().map(|s| (s, form.flipped())).collect());
+                self.operands(
+                    shape,
+                    frame,
+                    form,
+                    shape.children().iter().map(|s| (s, form.flipped())).collect(),
+                );
             }
-            _ => self.operands(shape, frame, form, shape.children().iter().map(|s| (s, Form::Value)).collect()),
+            _ => self.operands(shape, frame, form, shape.children().iter().map(|s| (s, form)).collect()),
         }
         Ok(())
+    }
+
+    /// A walk through a space that is turned on the way is shorter by as much as the turning is steep.
+    fn slowed(&mut self, shape: &Shape, child: &Shape, form: Form) {
+        if form != Form::Value {
+            self.tasks.push(Task::Divide(shape.lipschitz() / child.lipschitz()));
+        }
     }
 
     /// The node's value is its child's in another frame.
@@ -161,7 +195,11 @@ impl<'a> Lower<'a, '_> {
             Kind::Intersection { k } => self.fold(Op::Smax, v, &[*k]),
             Kind::Difference { k } => {
                 let rest = self.graph.emit(Op::Neg, &[v[1]], &[])?;
-                if *k == 0.0 { self.graph.emit(Op::Max, &[v[0], rest], &[]) } else { self.graph.emit(Op::Smax, &[v[0], rest], &[*k]) }
+                if *k == 0.0 {
+                    self.graph.emit(Op::Max, &[v[0], rest], &[])
+                } else {
+                    self.graph.emit(Op::Smax, &[v[0], rest], &[*k])
+                }
             }
             Kind::Negate {} => self.graph.emit(Op::Neg, v, &[]),
             Kind::Dilate { radius } => self.graph.emit(Op::SubC, v, &[*radius]),
@@ -180,7 +218,8 @@ impl<'a> Lower<'a, '_> {
                 self.graph.emit(Op::Add, &[v[0], inside], &[])
             }
             Kind::Expr(op) => {
-                let op = if matches!(op, Op::Length2 | Op::Length3) && v.len() == 2 { Op::Length2 } else { *op };
+                let op =
+                    if matches!(op, Op::Length2 | Op::Length3) && v.len() == 2 { Op::Length2 } else { *op };
                 self.graph.emit(op, v, &[])
             }
             Kind::Const { value } => self.graph.emit(Op::Const, &[], &[*value]),
@@ -285,10 +324,23 @@ impl<'a> Lower<'a, '_> {
     }
 }
 
+/// Whether the node's surface is made of its children's surfaces alone: then their walks make its walk.
+fn keeps_surface(kind: &Kind) -> bool {
+    match kind {
+        Kind::Union { k } | Kind::Intersection { k } | Kind::Difference { k } => *k == 0.0,
+        Kind::Texture { .. } | Kind::Negate {} | Kind::WithBounds { .. } | Kind::Translate { .. } => true,
+        Kind::Rotate { .. } | Kind::Scale { .. } | Kind::Mirror { .. } | Kind::Repeat { .. } => true,
+        Kind::Twist { .. } | Kind::Bend { .. } => true,
+        _ => false,
+    }
+}
+
 /// Operands of nested unions (or intersections) without smoothing, in order, each once.
 fn flatten(shape: &Shape) -> Vec<&Shape> {
     let same = |s: &Shape| match (shape.kind(), s.kind()) {
-        (Kind::Union { .. }, Kind::Union { k }) | (Kind::Intersection { .. }, Kind::Intersection { k }) => *k == 0.0,
+        (Kind::Union { .. }, Kind::Union { k }) | (Kind::Intersection { .. }, Kind::Intersection { k }) => {
+            *k == 0.0
+        }
         _ => false,
     };
     let (mut out, mut seen) = (Vec::new(), HashSet::new());

@@ -36,7 +36,10 @@ impl Iv {
         if v.iter().any(|v| v.is_nan()) {
             return Self::ALL;
         }
-        Self::out(v.into_iter().fold(f64::INFINITY, f64::min), v.into_iter().fold(f64::NEG_INFINITY, f64::max))
+        Self::out(
+            v.into_iter().fold(f64::INFINITY, f64::min),
+            v.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        )
     }
     /// Largest magnitude.
     pub fn mag(self) -> f64 {

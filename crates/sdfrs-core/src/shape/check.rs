@@ -23,7 +23,12 @@ pub fn check(kind: &Kind, children: &[Shape]) -> Result<(), SceneError> {
         Kind::RoundedBox { size, radius } => {
             c.all_positive("size", size)?;
             let most = size.iter().fold(f64::INFINITY, |a, b| a.min(*b)) / 2.0;
-            c.need(*radius >= 0.0 && *radius <= most, "radius", *radius, &format!("0 to half the least edge, {most}"))
+            c.need(
+                *radius >= 0.0 && *radius <= most,
+                "radius",
+                *radius,
+                &format!("0 to half the least edge, {most}"),
+            )
         }
         Kind::Torus { major, minor } => c.positive("major", *major).and(c.positive("minor", *minor)),
         Kind::Cylinder { radius, height } => c.positive("radius", *radius).and(c.positive("height", *height)),
@@ -35,7 +40,9 @@ pub fn check(kind: &Kind, children: &[Shape]) -> Result<(), SceneError> {
         }
         Kind::Ellipsoid { radii } => c.all_positive("radii", radii),
         Kind::Plane { normal, .. } => c.direction("normal", normal),
-        Kind::Gyroid { period, thickness } => c.positive("period", *period).and(c.not_negative("thickness", *thickness)),
+        Kind::Gyroid { period, thickness } => {
+            c.positive("period", *period).and(c.not_negative("thickness", *thickness))
+        }
         Kind::Mandelbulb { power, iterations } => {
             c.between("power", *power, MIN_POWER, MAX_POWER)?;
             c.between("iterations", *iterations, 1, MAX_ITERATIONS)
@@ -63,7 +70,10 @@ fn finite(op: &str, args: &[(&'static str, Value)]) -> Result<(), SceneError> {
             _ => true,
         };
         if !ok {
-            return Err(SceneError::new(op, format!("`{name}` is {value:?}, allowed: finite numbers up to {HUGE:e}")));
+            return Err(SceneError::new(
+                op,
+                format!("`{name}` is {value:?}, allowed: finite numbers up to {HUGE:e}"),
+            ));
         }
     }
     Ok(())
@@ -81,7 +91,10 @@ fn children_fit(kind: &Kind, children: &[Shape]) -> Result<(), SceneError> {
         let either = matches!(kind, Kind::Displace {}) && i == 1;
         if !either && child.is_expr() != wants_expr {
             let (got, allowed) = if wants_expr { ("shape", "expressions") } else { ("expression", "shapes") };
-            return Err(SceneError::new(op, format!("operand {i} is a {got} (`{}`), allowed: {allowed}", child.op())));
+            return Err(SceneError::new(
+                op,
+                format!("operand {i} is a {got} (`{}`), allowed: {allowed}", child.op()),
+            ));
         }
     }
     Ok(())
@@ -92,8 +105,18 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn need(&self, ok: bool, name: &str, got: impl std::fmt::Display, allowed: &str) -> Result<(), SceneError> {
-        if ok { Ok(()) } else { Err(SceneError::new(self.op, format!("`{name}` is {got}, allowed: {allowed}"))) }
+    fn need(
+        &self,
+        ok: bool,
+        name: &str,
+        got: impl std::fmt::Display,
+        allowed: &str,
+    ) -> Result<(), SceneError> {
+        if ok {
+            Ok(())
+        } else {
+            Err(SceneError::new(self.op, format!("`{name}` is {got}, allowed: {allowed}")))
+        }
     }
     fn positive(&self, name: &str, v: f64) -> Result<(), SceneError> {
         self.need(v > 0.0, name, v, "a finite number above 0")
@@ -112,11 +135,21 @@ impl Check<'_> {
         self.need((lo..=hi).contains(&v), name, v, &format!("a whole number from {lo} to {hi}"))
     }
     fn bounds(&self, lo: &[f64; 3], hi: &[f64; 3]) -> Result<(), SceneError> {
-        self.need((0..3).all(|i| lo[i] < hi[i]), "bounds", format!("{lo:?} to {hi:?}"), "lo below hi along each axis")
+        self.need(
+            (0..3).all(|i| lo[i] < hi[i]),
+            "bounds",
+            format!("{lo:?} to {hi:?}"),
+            "lo below hi along each axis",
+        )
     }
     fn repeat(&self, period: &[f64; 3], count: &Option<[i64; 3]>) -> Result<(), SceneError> {
         let ok = period.iter().all(|v| *v >= 0.0) && period.iter().any(|v| *v > 0.0);
-        self.need(ok, "period", format!("{period:?}"), "numbers above 0, or 0 for an axis that is not repeated")?;
+        self.need(
+            ok,
+            "period",
+            format!("{period:?}"),
+            "numbers above 0, or 0 for an axis that is not repeated",
+        )?;
         let ok = count.is_none_or(|c| c.iter().all(|v| (0..=1 << 20).contains(v)));
         self.need(ok, "count", format!("{count:?}"), "copies to each side: whole numbers from 0 to 1048576")
     }

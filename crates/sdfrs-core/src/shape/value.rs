@@ -133,8 +133,9 @@ pub fn take<P: Param>(op: &str, args: &mut Args, name: &str) -> Result<P, SceneE
             .ok_or_else(|| SceneError::new(op, format!("`{name}` is missing, allowed: {}", P::EXPECTS)));
     };
     let (_, value) = args.swap_remove(at);
-    P::from_value(&value)
-        .ok_or_else(|| SceneError::new(op, format!("`{name}` is {}, allowed: {}", value.describe(), P::EXPECTS)))
+    P::from_value(&value).ok_or_else(|| {
+        SceneError::new(op, format!("`{name}` is {}, allowed: {}", value.describe(), P::EXPECTS))
+    })
 }
 
 /// Refuses what nobody asked for.

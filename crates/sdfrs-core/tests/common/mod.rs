@@ -97,7 +97,10 @@ pub fn combined(a: &Shape, b: &Shape) -> Vec<(&'static str, Shape)> {
         ("shell", build("shell", &[("thickness", num(0.1))], &[a])),
         ("displace", build("displace", &[], &[a, &bump])),
         ("with_lipschitz", build("with_lipschitz", &[("lipschitz", num(40.0))], &[a])),
-        ("with_bounds", build("with_bounds", &[("lo", vec3(-9.0, -9.0, -9.0)), ("hi", vec3(9.0, 9.0, 9.0))], &[a])),
+        (
+            "with_bounds",
+            build("with_bounds", &[("lo", vec3(-9.0, -9.0, -9.0)), ("hi", vec3(9.0, 9.0, 9.0))], &[a]),
+        ),
         ("translate", moved(a, 0.3, -0.2, 0.6)),
         ("rotate", build("rotate", &[("angle", num(0.7)), ("axis", vec3(1.0, 2.0, -0.5))], &[a])),
         ("scale", build("scale", &[("factors", vec3(1.7, 1.7, 1.7))], &[a])),

@@ -26,7 +26,11 @@ fn is_invalid<T: Scalar>(r: T, guards: bool) -> bool {
 fn found<T: Scalar>(s: &Sample<T>, half: T, guards: bool, range: &Range<T>, tally: &mut Tally<T>) -> Next<T> {
     let t = if guards && s.r >= T::of(0.0) { s.t } else { s.t - half };
     tally.at(t, s.r);
-    if t <= range.t_min { tally.hit_at_start(&Sample { t, ..*s }, range) } else { tally.hit(&Sample { t, ..*s }, range) }
+    if t <= range.t_min {
+        tally.hit_at_start(&Sample { t, ..*s }, range)
+    } else {
+        tally.hit(&Sample { t, ..*s }, range)
+    }
 }
 
 fn ask<T: Scalar>(t: T, tally: &Tally<T>) -> Next<T> {

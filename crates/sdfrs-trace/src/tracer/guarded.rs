@@ -35,7 +35,9 @@ pub struct State<T> {
 struct Bracket<T> {
     a: T,
     b: T,
-    /// Field at the ends less half the threshold, so that the root found lies outside.
+    /// Half the threshold at `b`: aiming at it instead of 0 finds a point outside.
+    aim: T,
+    /// Field at the ends less the aim.
     fa: T,
     fb: T,
     /// Field at `a`.
@@ -94,7 +96,13 @@ impl<T: Scalar, R: Rule<T>> Walk<T> for Guarded<R> {
 }
 
 impl<R> Guarded<R> {
-    fn begin<T: Scalar>(&self, st: &mut State<T>, s: &Sample<T>, range: &Range<T>, tally: &mut Tally<T>) -> Next<T>
+    fn begin<T: Scalar>(
+        &self,
+        st: &mut State<T>,
+        s: &Sample<T>,
+        range: &Range<T>,
+        tally: &mut Tally<T>,
+    ) -> Next<T>
     where
         R: Rule<T>,
     {
@@ -132,8 +140,9 @@ fn fall_back<T: Scalar>(st: &mut State<T>, range: &Range<T>, tally: &mut Tally<T
 
 /// A safe step went through the surface: the field is steeper than declared.
 fn cross<T: Scalar>(st: &mut State<T>, s: &Sample<T>, tally: &mut Tally<T>) -> Next<T> {
-    let half = s.e * T::of(0.5);
-    let bracket = Bracket { a: st.t, b: s.t, fa: st.r - half, fb: s.r - half, r: st.r, moved_a: None, tries: 0 };
+    let aim = s.e * T::of(0.5);
+    let bracket =
+        Bracket { a: st.t, b: s.t, aim, fa: st.r - aim, fb: s.r - aim, r: st.r, moved_a: None, tries: 0 };
     next_in(st.bracket.insert(bracket), tally)
 }
 
@@ -155,7 +164,7 @@ fn refine<T: Scalar>(st: &mut State<T>, s: &Sample<T>, tally: &mut Tally<T>) -> 
         tally.at(s.t, s.r);
         return Next::Done(Status::Hit);
     }
-    let f = s.r - s.e * half;
+    let f = s.r - b.aim;
     if f > zero {
         (b.a, b.fa, b.r) = (s.t, f, s.r);
         if b.moved_a.replace(true) == Some(true) {

@@ -106,11 +106,15 @@ impl Tracer {
     /// Refuses parameters outside their range.
     pub fn check(&self) -> Result<(), SceneError> {
         match *self {
-            Tracer::Relaxed { omega, .. } if !(1.0..2.0).contains(&omega) => Err(refuse("omega", omega, "1 <= omega < 2")),
+            Tracer::Relaxed { omega, .. } if !(1.0..2.0).contains(&omega) => {
+                Err(refuse("omega", omega, "1 <= omega < 2"))
+            }
             Tracer::Enhanced { omega, .. } if !(omega > 0.0 && omega <= 1.0) => {
                 Err(refuse("omega", omega, "0 < omega <= 1"))
             }
-            Tracer::AutoRelaxed { beta, .. } if !(beta > 0.0 && beta < 1.0) => Err(refuse("beta", beta, "0 < beta < 1")),
+            Tracer::AutoRelaxed { beta, .. } if !(beta > 0.0 && beta < 1.0) => {
+                Err(refuse("beta", beta, "0 < beta < 1"))
+            }
             Tracer::BinarySearch { max_level, .. } if !(1..=MAX_LEVEL).contains(&max_level) => {
                 Err(refuse("max_level", max_level, &format!("1 to {MAX_LEVEL}")))
             }

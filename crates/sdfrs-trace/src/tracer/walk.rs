@@ -45,7 +45,17 @@ pub struct Tally<T> {
 impl<T: Scalar> Tally<T> {
     pub fn new(max_steps: u32) -> Self {
         let zero = T::of(0.0);
-        Self { steps: 0, max_steps, fallbacks: 0, accepted: 0, ratios: zero, t: zero, r: zero, witness: zero, flags: 0 }
+        Self {
+            steps: 0,
+            max_steps,
+            fallbacks: 0,
+            accepted: 0,
+            ratios: zero,
+            t: zero,
+            r: zero,
+            witness: zero,
+            flags: 0,
+        }
     }
     #[inline]
     pub fn spent(&self) -> bool {
@@ -101,5 +111,6 @@ pub enum Next<T> {
 pub trait Walk<T: Scalar>: Sync {
     type State: Send;
     fn start(&self, range: &Range<T>) -> (Self::State, T);
-    fn step(&self, state: &mut Self::State, s: &Sample<T>, range: &Range<T>, tally: &mut Tally<T>) -> Next<T>;
+    fn step(&self, state: &mut Self::State, s: &Sample<T>, range: &Range<T>, tally: &mut Tally<T>)
+    -> Next<T>;
 }

@@ -41,10 +41,16 @@ impl Aabb {
         Self { lo: self.lo.map(|v| v - by), hi: self.hi.map(|v| v + by) }
     }
     pub fn shifted(&self, by: &[f64; 3]) -> Self {
-        Self { lo: std::array::from_fn(|i| self.lo[i] + by[i]), hi: std::array::from_fn(|i| self.hi[i] + by[i]) }
+        Self {
+            lo: std::array::from_fn(|i| self.lo[i] + by[i]),
+            hi: std::array::from_fn(|i| self.hi[i] + by[i]),
+        }
     }
     pub fn scaled(&self, by: &[f64; 3]) -> Self {
-        Self { lo: std::array::from_fn(|i| self.lo[i] * by[i]), hi: std::array::from_fn(|i| self.hi[i] * by[i]) }
+        Self {
+            lo: std::array::from_fn(|i| self.lo[i] * by[i]),
+            hi: std::array::from_fn(|i| self.hi[i] * by[i]),
+        }
     }
     pub fn hull(&self, o: &Self) -> Self {
         Self {

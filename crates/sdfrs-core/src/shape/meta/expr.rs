@@ -18,7 +18,7 @@ pub fn meta(kind: &Kind, children: &[Shape]) -> Meta {
         }
         Kind::Const { value } => {
             let affine = Some([0.0, 0.0, 0.0, *value]);
-            Meta { lip: 0.0, lip_trace: 0.0, moves: false, range: Iv::new(*value, *value), affine, ..base }
+            Meta { lip: 0.0, moves: false, range: Iv::new(*value, *value), affine, ..base }
         }
         Kind::Expr(op) => step(op_for(*op, children.len()), children, base),
         _ => base,
@@ -44,7 +44,7 @@ fn step(op: Op, children: &[Shape], base: Meta) -> Meta {
         Some([x, y, z, _]) => (x * x + y * y + z * z).sqrt(),
         None => length_slope(op, &metas).unwrap_or_else(|| op.lipschitz(&operands)),
     };
-    Meta { lip, lip_trace: lip, moves, range, affine, ..base }
+    Meta { lip, moves, range, affine, ..base }
 }
 
 /// Runs the op's own kernel on intervals.
@@ -111,5 +111,5 @@ pub fn formula(
         (Some(lo), Some(hi)) => Aabb { lo: *lo, hi: *hi },
         _ => Aabb::ALL,
     };
-    Ok(Meta { lip, lip_trace: lip, bounds, affine: None, ..expr })
+    Ok(Meta { lip, bounds, affine: None, ..expr })
 }

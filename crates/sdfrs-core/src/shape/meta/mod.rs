@@ -18,8 +18,6 @@ use crate::{error::SceneError, lane::Iv};
 pub struct Meta {
     /// Bound of the slope of the values.
     pub lip: f64,
-    /// Bound for the form that tracers walk, where a texture's value is replaced by its safe step.
-    pub lip_trace: f64,
     /// Box that holds the solid.
     pub bounds: Aabb,
     /// The field is at least `reach` times the distance to the box: tells how far an offset can grow it.
@@ -43,7 +41,6 @@ impl Meta {
     fn unbounded() -> Self {
         Self {
             lip: 1.0,
-            lip_trace: 1.0,
             bounds: Aabb::ALL,
             reach: 1.0,
             swing: [f64::INFINITY; 3],
@@ -55,7 +52,6 @@ impl Meta {
     }
     fn steeper(mut self, factor: f64) -> Self {
         self.lip *= factor;
-        self.lip_trace *= factor;
         self
     }
     /// The zero set moves outwards by `by`, or the field falls by as much.
@@ -63,11 +59,6 @@ impl Meta {
         if by > 0.0 {
             self.bounds = self.bounds.grown(by / self.reach);
         }
-        self
-    }
-    /// The zero set isn't that of the children: textures are walked by slope, not by their safe step.
-    fn by_value(mut self) -> Self {
-        self.lip_trace = self.lip;
         self
     }
 }
@@ -136,9 +127,9 @@ fn extremes(v: &[f64; 3]) -> (f64, f64) {
 fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
     Ok(match kind {
         Kind::Negate {} => Meta { bounds: Aabb::ALL, ..m },
-        Kind::Dilate { radius } => m.grown(*radius).by_value(),
-        Kind::Shell { thickness } => m.grown(thickness / 2.0).by_value(),
-        Kind::WithLipschitz { lipschitz } => Meta { lip: *lipschitz, lip_trace: *lipschitz, ..m },
+        Kind::Dilate { radius } => m.grown(*radius),
+        Kind::Shell { thickness } => m.grown(thickness / 2.0),
+        Kind::WithLipschitz { lipschitz } => Meta { lip: *lipschitz, ..m },
         Kind::WithBounds { lo, hi } => Meta { bounds: Aabb { lo: *lo, hi: *hi }, reach: 0.0, ..m },
         Kind::Translate { offset } => {
             for i in 0..3 {
@@ -147,7 +138,8 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
             Meta { bounds: m.bounds.shifted(offset), ..m }
         }
         Kind::Rotate { angle, axis } => {
-            let along: [bool; 3] = std::array::from_fn(|i| axis[(i + 1) % 3] == 0.0 && axis[(i + 2) % 3] == 0.0);
+            let along: [bool; 3] =
+                std::array::from_fn(|i| axis[(i + 1) % 3] == 0.0 && axis[(i + 2) % 3] == 0.0);
             for i in 0..3 {
                 m.even[i] &= along[i] || *angle == 0.0;
             }
@@ -170,7 +162,7 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
                 hi: std::array::from_fn(|i| m.bounds.hi[i] + amount[i]),
             };
             m.lip = m.lip.max(1.0);
-            m.by_value()
+            m
         }
         Kind::Repeat { period, count } => repeat::meta(m, period, count)?,
         Kind::Twist { rate } => {
@@ -201,7 +193,6 @@ fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
     let first = children[0].meta();
     let base = Meta {
         lip: most(|m| m.lip),
-        lip_trace: most(|m| m.lip_trace),
         reach: all().map(|m| m.reach).fold(1.0, f64::min),
         even: std::array::from_fn(|i| all().all(|m| m.even[i])),
         ..Meta::unbounded()
@@ -209,24 +200,19 @@ fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
     match kind {
         Kind::Union { k } => {
             let bounds = all().fold(first.bounds, |a, m| a.hull(&m.bounds));
-            let m = Meta { bounds, ..base }.grown((children.len() - 1) as f64 * k / 4.0);
-            if *k > 0.0 { m.by_value() } else { m }
+            Meta { bounds, ..base }.grown((children.len() - 1) as f64 * k / 4.0)
         }
-        Kind::Intersection { k } => {
+        Kind::Intersection { .. } => {
             let bounds = all().fold(first.bounds, |a, m| a.overlap(&m.bounds));
             // The distance to an overlap of boxes is at most sqrt(3) times the largest to any of them.
             let reach = all().find(|m| m.bounds == bounds).map_or(base.reach / 3f64.sqrt(), |m| m.reach);
-            let m = Meta { bounds, reach, ..base };
-            if *k > 0.0 { m.by_value() } else { m }
+            Meta { bounds, reach, ..base }
         }
-        Kind::Difference { k } => {
-            let m = Meta { bounds: first.bounds, reach: first.reach, ..base };
-            if *k > 0.0 { m.by_value() } else { m }
-        }
+        Kind::Difference { .. } => Meta { bounds: first.bounds, reach: first.reach, ..base },
         // Displacement: both slopes add up, and the solid grows by what the formula can take away.
         _ => {
             let by = children[1].meta();
-            Meta { lip: first.lip + by.lip, even: [false; 3], ..first.clone() }.grown((-by.range.lo).max(0.0)).by_value()
+            Meta { lip: first.lip + by.lip, even: [false; 3], ..first.clone() }.grown((-by.range.lo).max(0.0))
         }
     }
 }

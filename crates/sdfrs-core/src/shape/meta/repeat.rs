@@ -15,7 +15,8 @@ fn offsets(m: &Meta, axis: usize, period: f64) -> Result<(i64, i64), SceneError>
     let (lo, hi) = (m.bounds.lo[axis] / period, m.bounds.hi[axis] / period);
     if !(lo.is_finite() && hi.is_finite()) {
         let name = ["x", "y", "z"][axis];
-        let message = format!("the shape is unbounded along {name}, allowed: bounded shapes (or with_bounds) there");
+        let message =
+            format!("the shape is unbounded along {name}, allowed: bounded shapes (or with_bounds) there");
         return Err(SceneError::new("repeat", message));
     }
     if m.even[axis] && lo >= -0.5 && hi <= 0.5 {
@@ -30,7 +31,8 @@ fn offsets(m: &Meta, axis: usize, period: f64) -> Result<(i64, i64), SceneError>
 }
 
 fn too_many(n: f64) -> SceneError {
-    let message = format!("the shape spans so many cells that {n} copies overlap, allowed: {MOST}; enlarge the period");
+    let message =
+        format!("the shape spans so many cells that {n} copies overlap, allowed: {MOST}; enlarge the period");
     SceneError::new("repeat", message)
 }
 

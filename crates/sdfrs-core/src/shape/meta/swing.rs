@@ -24,19 +24,29 @@ pub fn swing(kind: &Kind, children: &[Shape], bounds: &Aabb) -> [f64; 3] {
             if across { f64::INFINITY } else { 0.0 }
         }),
         Kind::Union { .. } | Kind::Intersection { .. } | Kind::Difference { .. } => std::array::from_fn(most),
-        Kind::Negate {} | Kind::Dilate { .. } | Kind::Shell { .. } | Kind::WithBounds { .. } | Kind::Mirror { .. } => {
-            child(&|m| m.swing)
-        }
+        Kind::Negate {}
+        | Kind::Dilate { .. }
+        | Kind::Shell { .. }
+        | Kind::WithBounds { .. }
+        | Kind::Mirror { .. } => child(&|m| m.swing),
         Kind::WithLipschitz { .. } => child(&|m| m.swing),
         Kind::Translate { offset } => child(&|m| shifted(m, offset)),
         Kind::Elongate { amount } => child(&|m| shifted(m, amount)),
         Kind::Repeat { period, count } => {
-            let far = |i: usize| if period[i] > 0.0 { count.map_or(f64::INFINITY, |c| (c[i] + 1) as f64 * period[i]) } else { 0.0 };
+            let far = |i: usize| {
+                if period[i] > 0.0 {
+                    count.map_or(f64::INFINITY, |c| (c[i] + 1) as f64 * period[i])
+                } else {
+                    0.0
+                }
+            };
             child(&|m| shifted(m, &std::array::from_fn(far)))
         }
         Kind::Rotate { angle, axis } => child(&|m| {
             let r = crate::math::rotation(*angle, axis);
-            std::array::from_fn(|i| (0..3).filter(|&j| r[i][j] != 0.0).map(|j| r[i][j].abs() * m.swing[j]).sum())
+            std::array::from_fn(|i| {
+                (0..3).filter(|&j| r[i][j] != 0.0).map(|j| r[i][j].abs() * m.swing[j]).sum()
+            })
         }),
         Kind::Scale { factors } => child(&|m| {
             let least = factors.iter().fold(f64::INFINITY, |a, b| a.min(*b));
