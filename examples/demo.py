@@ -14,13 +14,14 @@ import sdfrs
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parent / "out" / "demo"
 SCENES = ("village", "composition")
+# With guards the two years' forms are one walk, so the older ones are shown to the letter.
 TRACERS: dict[str, sdfrs.Tracer] = {
     "basic": sdfrs.Basic(),
     "relaxed 1.2": sdfrs.Relaxed(omega=1.2),
     "relaxed 1.5": sdfrs.Relaxed(omega=1.5),
-    "relaxed 1.5 2018": sdfrs.Relaxed(omega=1.5, form="2018"),
+    "relaxed 1.5 2018 letter": sdfrs.Relaxed(omega=1.5, form="2018", guards=False),
     "enhanced .88": sdfrs.Enhanced(omega=0.88),
-    "enhanced .88 2018": sdfrs.Enhanced(omega=0.88, form="2018"),
+    "enhanced .88 2018 letter": sdfrs.Enhanced(omega=0.88, form="2018", guards=False),
     "auto_relaxed .3": sdfrs.AutoRelaxed(beta=0.3),
     "binary_search stackless": sdfrs.BinarySearch(form="stackless"),
     "binary_search stack": sdfrs.BinarySearch(form="stack"),

@@ -1,5 +1,5 @@
 //! Scene files: what is written reads back bit for bit, and whatever is wrong is refused with its path.
-#![allow(clippy::unwrap_used)] // a test's helpers fail with the reason
+#![allow(clippy::expect_used, clippy::unwrap_used)] // a test's helpers fail with the reason
 
 use sdfrs::{Camera, PointLight, SceneFile, Shape, Value, camera::Kind};
 
