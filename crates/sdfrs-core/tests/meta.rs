@@ -62,6 +62,18 @@ fn no_solid_point_lies_outside_the_box() {
 }
 
 #[test]
+fn a_bound_is_a_number_however_deep_the_turns() {
+    let mut shape = everything()[1].1.clone();
+    for i in 0..4 {
+        let op = if i % 2 == 0 { "twist" } else { "bend" };
+        shape = common::build(op, &[("rate", common::num(0.3))], &[&shape]);
+        assert!(shape.lipschitz() >= 1.0, "{op} at depth {i}: {}", shape.lipschitz());
+    }
+    let refused = Program::<f64>::for_tracing(&shape).map(|_| ()).unwrap_err();
+    assert!(refused.to_string().contains("with_lipschitz"), "{refused}");
+}
+
+#[test]
 fn boxes_are_not_idle() {
     // The law above holds trivially for infinite boxes: bounded shapes must stay bounded.
     for (name, shape) in everything() {

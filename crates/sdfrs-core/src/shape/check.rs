@@ -72,7 +72,7 @@ fn finite(op: &str, args: &[(&'static str, Value)]) -> Result<(), SceneError> {
         if !ok {
             return Err(SceneError::new(
                 op,
-                format!("`{name}` is {value:?}, allowed: finite numbers up to {HUGE:e}"),
+                format!("`{name}` is {}, allowed: finite numbers up to {HUGE:e}", value.describe()),
             ));
         }
     }

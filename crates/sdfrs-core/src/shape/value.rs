@@ -16,7 +16,7 @@ pub enum Value {
 pub type Args = Vec<(String, Value)>;
 
 impl Value {
-    fn describe(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match self {
             Value::Num(v) => format!("{v}"),
             Value::Int(v) => format!("{v}"),

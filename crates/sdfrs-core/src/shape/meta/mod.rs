@@ -184,7 +184,13 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
 
 /// Slope added by turning at `rate` radians a unit, relative to the field's own.
 fn turned(rate: f64, swing: f64, lip: f64) -> f64 {
-    if rate == 0.0 || swing == 0.0 { 0.0 } else { rate.abs() * swing / lip }
+    if rate == 0.0 || swing == 0.0 {
+        0.0
+    } else if swing.is_finite() {
+        rate.abs() * swing / lip
+    } else {
+        f64::INFINITY
+    }
 }
 
 fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
