@@ -18,7 +18,7 @@ pub type Args = Vec<(String, Value)>;
 impl Value {
     pub(super) fn describe(&self) -> String {
         match self {
-            Value::Num(v) => format!("{v}"),
+            Value::Num(v) => format!("{v:?}"),
             Value::Int(v) => format!("{v}"),
             Value::Vec3(v) => format!("{v:?}"),
             Value::Ints3(v) => format!("{v:?}"),
