@@ -39,6 +39,34 @@ pub struct Tables<'a, S> {
     pub grids: &'a [Arc<Grid>],
 }
 
+/// Where the values of a slot lie.
+pub trait Memory<R>: Copy {
+    /// # Safety
+    /// The slot must exist.
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R;
+}
+
+/// One value a slot, side by side.
+impl<R> Memory<R> for *mut R {
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R {
+        // SAFETY: the caller's promise.
+        unsafe { self.add(slot as usize) }
+    }
+}
+
+/// A pointer for each slot.
+impl<R> Memory<R> for *const *mut R {
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R {
+        // SAFETY: the caller's promise.
+        unsafe { *self.add(slot as usize) }
+    }
+}
+
 /// One instruction: `d = op(a..; consts[k..k + n])`. Slots are indices into the evaluator's memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -101,41 +129,55 @@ macro_rules! ops {
         /// The width is no constant: unrolled loops would multiply the code for nothing.
         ///
         /// # Safety
-        /// `slots` must point to `width` values for every slot that `ins` names, and `ins.k .. ins.k + ins.n`
-        /// must lie inside `t.consts` with the row's number of constants ([`crate::tape::Tape`] checks both).
+        /// `slots` must find `width` values, aligned or not, for every slot that `ins` names, and
+        /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
+        /// ([`crate::tape::Tape`] checks both).
         #[inline(always)]
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case)]
-        pub unsafe fn execute<R: Real>(ins: &Ins, slots: *mut R, width: usize, t: &Tables<R::S>) {
+        pub unsafe fn execute<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
             // SAFETY (every access below): the caller's promise. Macros, not closures: all must be inlined.
-            macro_rules! load { ($at:expr, $g:expr) => { unsafe { *slots.add($at as usize * width + $g) } }; }
-            macro_rules! store { ($g:expr, $v:expr) => {{ let v = $v; unsafe { *slots.add(ins.d as usize * width + $g) = v } }}; }
+            // Slots are found once, before the loop: a store could otherwise change where they lie.
+            macro_rules! find { ($slot:expr) => { unsafe { slots.find($slot) } }; }
+            macro_rules! load { ($from:expr, $g:expr) => { unsafe { $from.add($g).read_unaligned() } }; }
+            // The empty instruction keeps LLVM from turning a loop over packs into gathers across packs: 20 times slower.
+            macro_rules! store {
+                ($to:expr, $g:expr, $v:expr) => {{
+                    let v = $v;
+                    unsafe { $to.add($g).write_unaligned(v) };
+                    unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
+                }};
+            }
             macro_rules! constant { ($i:expr) => { R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + $i) }) }; }
+            let to = find!(ins.d);
             match ins.op {
                 $(Op::$sn => {
                     let mut ki = 0;
                     $(let $sk = constant!(ki); ki += 1;)*
+                    let mut ai = 0;
+                    $(let $sa = find!(ins.a[ai]); ai += 1;)*
                     for g in 0..width {
-                        let mut ai = 0;
-                        $(let $sa = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $sb);
+                        $(let $sa = load!($sa, g);)*
+                        store!(to, g, $sb);
                     }
                 })*
                 $(Op::$pn => {
                     let mut ki = 0;
                     $(let $pk = constant!(ki); ki += 1;)*
+                    let mut ai = 0;
+                    $(let $pa = find!(ins.a[ai]); ai += 1;)*
                     for g in 0..width {
-                        let mut ai = 0;
-                        $(let $pa = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $pb);
+                        $(let $pa = load!($pa, g);)*
+                        store!(to, g, $pb);
                     }
                 })*
                 $(Op::$tn => {
                     let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
                     let $tg = t.grids;
+                    let mut ai = 0;
+                    $(let $ta = find!(ins.a[ai]); ai += 1;)*
                     for g in 0..width {
-                        let mut ai = 0;
-                        $(let $ta = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $tb);
+                        $(let $ta = load!($ta, g);)*
+                        store!(to, g, $tb);
                     }
                 })*
             }
