@@ -6,7 +6,7 @@ use super::Lanes;
 use crate::{
     graph::INPUTS,
     lane::Dual,
-    op::{Tables, execute},
+    op::{Ins, Op, Tables},
     real::{Real, Scalar},
     tape::Tape,
 };
@@ -15,8 +15,6 @@ use crate::{
 const CHUNK: usize = 16;
 /// Bytes that all slots together should stay below: what the fastest cache holds beside points and constants.
 const CACHE: usize = 24 << 10;
-/// The same for duals, whose slots are four times as large.
-const DUAL_CHUNK: usize = 4;
 
 /// Instruction sets with a loop of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,8 +53,14 @@ pub fn isa() -> Isa {
     })
 }
 
-#[cfg(target_arch = "x86_64")]
+/// The best instruction set here; asked of the processor once.
 fn best() -> Isa {
+    static BEST: OnceLock<Isa> = OnceLock::new();
+    *BEST.get_or_init(detect)
+}
+
+#[cfg(target_arch = "x86_64")]
+fn detect() -> Isa {
     use std::arch::is_x86_feature_detected as has;
     if has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") {
         Isa::Avx512
@@ -70,9 +74,12 @@ fn best() -> Isa {
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn best() -> Isa {
+fn detect() -> Isa {
     Isa::Baseline
 }
+
+/// One instruction over so many packs.
+type Step<R> = unsafe fn(&Ins, *const *mut R, usize, &Tables<<R as Real>::S>);
 
 /// What one call computes: points in, values and perhaps gradients out, all divided by `scale`.
 pub struct Batch<'a, S> {
@@ -109,15 +116,26 @@ impl<R: Real> Slots<R> {
     }
 }
 
+/// Packs a slot, at least 4 and at most CHUNK.
+fn chunk<R>(slots: usize) -> usize {
+    (CACHE / (slots * size_of::<R>())).clamp(CHUNK / 4, CHUNK)
+}
+
 /// Values of a batch. Full packs are read from the caller's slices and written to them in place; a
 /// chunk that ends inside a pack goes through slots of its own, the last point repeated.
 #[inline(always)]
 #[allow(unsafe_code)]
-unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
+unsafe fn values<L: Lanes>(
+    step: Step<L>,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<L>,
+    batch: &Batch<L::S>,
+    out: &mut [L::S],
+) {
     let t: Tables<L::S> = tape.tables();
     let (n, root) = (out.len(), tape.root());
     let scaled = batch.scale != L::S::of(1.0);
-    let most = (CACHE / (tape.slots() * size_of::<L>())).clamp(CHUNK / 4, CHUNK);
+    let most = chunk::<L>(tape.slots());
     let mut width = usize::MAX;
     let mut at = 0;
     while at < n {
@@ -152,7 +170,7 @@ unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Bat
                 *place.add(root) = target.cast::<L>();
             }
             for ins in tape.instructions() {
-                execute::<L>(ins, place.cast_const(), packs, &t);
+                step(ins, place.cast_const(), packs, &t);
             }
             if !inside {
                 std::ptr::copy_nonoverlapping((*place.add(root)).cast::<L::S>().cast_const(), target, count);
@@ -170,17 +188,24 @@ unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Bat
 /// Values and gradients of a batch.
 #[inline(always)]
 #[allow(unsafe_code)]
-unsafe fn gradients<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<Dual<L>>, batch: &Batch<L::S>, out: &mut [&mut [L::S]; 4]) {
+unsafe fn gradients<L: Lanes>(
+    step: Step<Dual<L>>,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<Dual<L>>,
+    batch: &Batch<L::S>,
+    out: &mut [&mut [L::S]; 4],
+) {
     let t: Tables<L::S> = tape.tables();
     let n = out[0].len();
     let scaled = batch.scale != L::S::of(1.0);
-    memory.reserve(tape.slots(), DUAL_CHUNK);
+    let most = chunk::<Dual<L>>(tape.slots()).min(n.div_ceil(L::WIDTH));
+    memory.reserve(tape.slots(), most);
     let place = memory.at.as_mut_ptr();
     let mut at = 0;
     while at < n {
-        let packs = (n - at).div_ceil(L::WIDTH).min(DUAL_CHUNK);
+        let packs = (n - at).div_ceil(L::WIDTH).min(most);
         let end = n.min(at + packs * L::WIDTH);
-        // SAFETY: each slot has DUAL_CHUNK values.
+        // SAFETY: each slot has `most` values.
         unsafe {
             for axis in 0..INPUTS as usize {
                 for g in 0..packs {
@@ -194,7 +219,7 @@ unsafe fn gradients<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<Dual<L>>, ba
                 }
             }
             for ins in tape.instructions() {
-                execute::<Dual<L>>(ins, place.cast_const(), packs, &t);
+                step(ins, place.cast_const(), packs, &t);
             }
             for g in 0..packs {
                 let root = (*place.add(tape.root())).add(g);
@@ -216,21 +241,55 @@ unsafe fn gradients<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<Dual<L>>, ba
     }
 }
 
+/// A function for each row of the op table: small ones compile in a third of the time of one loop with
+/// all kernels inside, and none spills another's registers.
+macro_rules! steps {
+    ($features:tt $($op:ident)*) => {
+        mod arm {
+            use super::{Ins, Real, Tables};
+
+            $(
+                #[inline(never)]
+                #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+                #[allow(unsafe_code, non_snake_case)]
+                pub unsafe fn $op<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+                    // SAFETY: passed on.
+                    unsafe { crate::op::arm::$op::<R>(ins, slots, width, t) }
+                }
+            )*
+        }
+
+        #[inline(always)]
+        #[allow(unsafe_code)]
+        pub unsafe fn step<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe {
+                match ins.op {
+                    $(Op::$op => arm::$op::<R>(ins, slots, width, t),)*
+                }
+            }
+        }
+    };
+}
+
 /// A module for each instruction set, so that they compile side by side.
 macro_rules! versions {
-    ($($name:ident $features:literal),*) => {$(
-        #[cfg(target_arch = "x86_64")]
+    ($($(#[$on:meta])? $name:ident $features:tt)*) => {$(
+        $(#[$on])?
         mod $name {
-            use super::{Batch, Dual, Lanes, Slots, Tape};
+            use super::{Batch, Dual, Ins, Lanes, Op, Real, Slots, Tables, Tape};
+            use crate::op::each_op;
 
-            #[target_feature(enable = $features)]
+            each_op!(steps, $features);
+
+            #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             #[allow(unsafe_code)]
             pub unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
                 // SAFETY: passed on.
-                unsafe { super::values::<L>(tape, memory, batch, out) }
+                unsafe { super::values::<L>(step::<L>, tape, memory, batch, out) }
             }
 
-            #[target_feature(enable = $features)]
+            #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             #[allow(unsafe_code)]
             pub unsafe fn gradients<L: Lanes>(
                 tape: &Tape<L::S>,
@@ -239,12 +298,17 @@ macro_rules! versions {
                 out: &mut [&mut [L::S]; 4],
             ) {
                 // SAFETY: passed on.
-                unsafe { super::gradients::<L>(tape, memory, batch, out) }
+                unsafe { super::gradients::<L>(step::<Dual<L>>, tape, memory, batch, out) }
             }
         }
     )*};
 }
-versions!(avx512 "avx512f,avx512vl,avx512dq,avx512bw", avx2 "avx2", sse41 "sse4.1");
+versions! {
+    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw"
+    #[cfg(target_arch = "x86_64")] avx2 "avx2"
+    #[cfg(target_arch = "x86_64")] sse41 "sse4.1"
+    baseline "sse2"
+}
 
 macro_rules! dispatch {
     ($name:ident, $isa:expr, $($arg:expr),*) => {
@@ -257,7 +321,7 @@ macro_rules! dispatch {
                 Isa::Avx2 => avx2::$name::<L>($($arg),*),
                 #[cfg(target_arch = "x86_64")]
                 Isa::Sse41 => sse41::$name::<L>($($arg),*),
-                _ => $name::<L>($($arg),*),
+                _ => baseline::$name::<L>($($arg),*),
             }
         }
     };
