@@ -181,7 +181,8 @@ def test(_: argparse.Namespace, rest: list[str]) -> None:
     ensure_tools("test")
     need_cargo()
     # The bindings have no Rust tests: linking them outside Python is trouble for nothing.
-    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", check=False)
+    # Nor do the benches: their peers would only lengthen the build.
+    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", "--exclude", "sdfrs-benches", check=False)
     python = run(PYTHON, "-m", "pytest", *(rest or ["tests/python"]), check=False)
     parts = [name for name, code in (("cargo test", rust), ("pytest", python)) if code]
     if parts:
@@ -234,6 +235,15 @@ def gallery(_: argparse.Namespace, rest: list[str]) -> None:
         run(PYTHON, example.relative_to(ROOT))
 
 
+def bench(options: argparse.Namespace, rest: list[str]) -> None:
+    """speed against fidget and scalar loops as the table of docs/performance.md; --criterion times at length"""
+    need_cargo()
+    if options.criterion:
+        run("cargo", "bench", "-p", "sdfrs-benches", "--bench", "speed", "--", *rest)
+    else:
+        run("cargo", "run", "-q", "-p", "sdfrs-benches", "--bin", "ratios", "--", *rest)
+
+
 def doctor(_: argparse.Namespace, rest: list[str]) -> None:
     """what this machine has and what is missing, by `sdfrs doctor`"""
     ensure_built()
@@ -254,6 +264,7 @@ COMMANDS = {
     "format": layout,
     "stubs": stubs,
     "gallery": gallery,
+    "bench": bench,
     "doctor": doctor,
     "package": package,
 }
@@ -266,6 +277,8 @@ def main() -> None:
         sub = subparsers.add_parser(name, help=function.__doc__)
         if name == "demo":
             sub.add_argument("--quick", action="store_true", help="320x180 instead of 1280x720")
+        if name == "bench":
+            sub.add_argument("--criterion", action="store_true", help="the criterion groups instead of the table")
     options, rest = parser.parse_known_args()
     if options.command is None:
         parser.print_help()

@@ -39,6 +39,42 @@ pub struct Tables<'a, S> {
     pub grids: &'a [Arc<Grid>],
 }
 
+/// Where the values of a slot lie.
+pub trait Memory<R>: Copy {
+    /// # Safety
+    /// The slot must exist.
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R;
+}
+
+/// Nothing, but LLVM cannot know: it would turn a loop over packs into gathers across packs, 20 times slower.
+#[inline(always)]
+#[allow(unsafe_code)]
+fn opaque() {
+    // SAFETY: no instruction at all.
+    unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
+}
+
+/// One value a slot, side by side.
+impl<R> Memory<R> for *mut R {
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R {
+        // SAFETY: the caller's promise.
+        unsafe { self.add(slot as usize) }
+    }
+}
+
+/// A pointer for each slot.
+impl<R> Memory<R> for *const *mut R {
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn find(self, slot: u32) -> *mut R {
+        // SAFETY: the caller's promise.
+        unsafe { *self.add(slot as usize) }
+    }
+}
+
 /// One instruction: `d = op(a..; consts[k..k + n])`. Slots are indices into the evaluator's memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -96,50 +132,86 @@ macro_rules! ops {
             }
         }
 
-        /// Runs one instruction over `width` values a slot.
+        /// A function a row: runs one instruction over `width` values a slot.
         ///
-        /// The width is no constant: unrolled loops would multiply the code for nothing.
+        /// The width is no constant: unrolled loops would multiply the code for nothing. Slots are found
+        /// before the loop: a store could otherwise change where they lie.
         ///
         /// # Safety
-        /// `slots` must point to `width` values for every slot that `ins` names, and `ins.k .. ins.k + ins.n`
-        /// must lie inside `t.consts` with the row's number of constants ([`crate::tape::Tape`] checks both).
+        /// `slots` must find `width` values, aligned or not, for every slot that `ins` names, and
+        /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
+        /// ([`crate::tape::Tape`] checks both).
+        #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
+        pub mod arm {
+            // SAFETY (every access): the caller's promise.
+            use super::{Ins, Memory, Real, Step, Tables, kernel, opaque};
+
+            $(#[inline(always)]
+            pub unsafe fn $sn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                let mut ki = 0;
+                $(let $sk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                let to = unsafe { slots.find(ins.d) };
+                let mut ai = 0;
+                $(let $sa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                for g in 0..width {
+                    $(let $sa = unsafe { $sa.add(g).read_unaligned() };)*
+                    let value = $sb;
+                    unsafe { to.add(g).write_unaligned(value) };
+                    opaque();
+                }
+            })*
+            $(#[inline(always)]
+            pub unsafe fn $pn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                let mut ki = 0;
+                $(let $pk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                let to = unsafe { slots.find(ins.d) };
+                let mut ai = 0;
+                $(let $pa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                for g in 0..width {
+                    $(let $pa = unsafe { $pa.add(g).read_unaligned() };)*
+                    let value = $pb;
+                    unsafe { to.add(g).write_unaligned(value) };
+                    opaque();
+                }
+            })*
+            $(#[inline(always)]
+            pub unsafe fn $tn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
+                let $tg = t.grids;
+                let to = unsafe { slots.find(ins.d) };
+                let mut ai = 0;
+                $(let $ta = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                for g in 0..width {
+                    $(let $ta = unsafe { $ta.add(g).read_unaligned() };)*
+                    let value = $tb;
+                    unsafe { to.add(g).write_unaligned(value) };
+                    opaque();
+                }
+            })*
+        }
+
+        /// Any one instruction; see [`arm`].
+        ///
+        /// # Safety
+        /// As for each of them.
         #[inline(always)]
-        #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case)]
-        pub unsafe fn execute<R: Real>(ins: &Ins, slots: *mut R, width: usize, t: &Tables<R::S>) {
-            // SAFETY (every access below): the caller's promise. Macros, not closures: all must be inlined.
-            macro_rules! load { ($at:expr, $g:expr) => { unsafe { *slots.add($at as usize * width + $g) } }; }
-            macro_rules! store { ($g:expr, $v:expr) => {{ let v = $v; unsafe { *slots.add(ins.d as usize * width + $g) = v } }}; }
-            macro_rules! constant { ($i:expr) => { R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + $i) }) }; }
-            match ins.op {
-                $(Op::$sn => {
-                    let mut ki = 0;
-                    $(let $sk = constant!(ki); ki += 1;)*
-                    for g in 0..width {
-                        let mut ai = 0;
-                        $(let $sa = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $sb);
-                    }
-                })*
-                $(Op::$pn => {
-                    let mut ki = 0;
-                    $(let $pk = constant!(ki); ki += 1;)*
-                    for g in 0..width {
-                        let mut ai = 0;
-                        $(let $pa = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $pb);
-                    }
-                })*
-                $(Op::$tn => {
-                    let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
-                    let $tg = t.grids;
-                    for g in 0..width {
-                        let mut ai = 0;
-                        $(let $ta = load!(ins.a[ai], g); ai += 1;)*
-                        store!(g, $tb);
-                    }
-                })*
+        #[allow(unsafe_code)]
+        pub unsafe fn execute<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe {
+                match ins.op {
+                    $(Op::$sn => arm::$sn::<R>(ins, slots, width, t),)*
+                    $(Op::$pn => arm::$pn::<R>(ins, slots, width, t),)*
+                    $(Op::$tn => arm::$tn::<R>(ins, slots, width, t),)*
+                }
             }
         }
+
+        /// Hands the names of all ops to a macro, behind what is given.
+        macro_rules! each_op {
+            ($then:ident, $first:tt) => { $then! { $first $($sn)* $($pn)* $($tn)* } };
+        }
+        pub(crate) use each_op;
     };
 }
 

@@ -51,6 +51,37 @@ pub trait Real:
     fn len3(a: Self, b: Self, c: Self) -> Self {
         (a.sq() + b.sq() + c.sq()).sqrt()
     }
+    /// `self` multiplied by itself, `n` factors in all (at least one).
+    #[inline(always)]
+    fn power(self, n: u32) -> Self {
+        let mut r = self;
+        for _ in 1..n {
+            r = r * self;
+        }
+        r
+    }
+    /// `(x + i y)^n` by squaring, `n` at least 1.
+    #[inline(always)]
+    fn complex_power(mut x: Self, mut y: Self, mut n: u32) -> (Self, Self) {
+        while n & 1 == 0 && n > 0 {
+            (x, y) = (x * x - y * y, (x + x) * y);
+            n >>= 1;
+        }
+        let (mut a, mut b) = (x, y);
+        while n > 1 {
+            (x, y) = (x * x - y * y, (x + x) * y);
+            n >>= 1;
+            if n & 1 == 1 {
+                (a, b) = (a * x - b * y, a * y + b * x);
+            }
+        }
+        (a, b)
+    }
+    /// Whether `x^2 + y^2 + z^2 < r^2 * slack + tiny` may hold anywhere.
+    #[inline(always)]
+    fn reaches(x: Self, y: Self, z: Self, r: Self, slack: Self, tiny: Self) -> bool {
+        Self::any_lt(x.sq() + y.sq() + z.sq(), r.sq() * slack + tiny)
+    }
     #[inline(always)]
     fn clamp(self, lo: Self, hi: Self) -> Self {
         self.max(lo).min(hi)
@@ -62,6 +93,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     /// Spacing of numbers just above 1: `ulp(x) = EPS * |x|`.
     const EPS: Self;
     const INFINITY: Self;
+    /// A few times the rounding error of a number next to zero.
+    const TINY: Self;
     fn of(v: f64) -> Self;
     fn f64(self) -> f64;
     fn is_finite(self) -> bool;
@@ -73,6 +106,7 @@ macro_rules! scalar {
         impl Scalar for $t {
             const EPS: Self = <$t>::EPSILON;
             const INFINITY: Self = <$t>::INFINITY;
+            const TINY: Self = <$t>::MIN_POSITIVE;
             #[inline(always)]
             fn of(v: f64) -> Self {
                 v as $t

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Random, build, everything, moved, num, values, vec3};
-use sdfrs_core::{Program, Scratch, Shape, Value};
+use sdfrs_core::{Program, Scratch, Shape, Value, eval::Isa};
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
@@ -170,6 +170,42 @@ fn any_batch_gives_the_same_bits() {
             program.evaluate(&mut scratch, [&p[0][i..=i], &p[1][i..=i], &p[2][i..=i]], &mut one);
             assert_eq!(one[0].to_bits(), whole[i].to_bits(), "{name} at {:?}", points[i]);
         }
+    }
+}
+
+/// Values and gradients, in both precisions, at batch lengths that end inside and at the end of packs.
+#[test]
+fn any_instruction_set_gives_the_same_bits() {
+    let sets: Vec<Isa> = Isa::available().collect();
+    assert!(sets.contains(&Isa::Baseline));
+    macro_rules! same {
+        ($t:ty, $shape:expr, $name:expr, $points:expr) => {{
+            let program = Program::<$t>::values($shape).unwrap();
+            let p: [Vec<$t>; 3] = std::array::from_fn(|i| $points.iter().map(|p| p[i] as $t).collect());
+            let mut scratch = Scratch::new();
+            for n in [1, 16, 100, 300] {
+                let q = [&p[0][..n], &p[1][..n], &p[2][..n]];
+                let mut run = |isa: Isa| {
+                    let mut all: [Vec<$t>; 5] = std::array::from_fn(|_| vec![0.0; n]);
+                    let [v, w, x, y, z] = &mut all;
+                    program.evaluate_on(isa, &mut scratch, q, v);
+                    program.gradient_on(isa, &mut scratch, q, [w, x, y, z]);
+                    // Which NaN it is, nobody promises.
+                    all.map(|v| v.iter().map(|v| if v.is_nan() { 0 } else { v.to_bits() }).collect::<Vec<_>>())
+                };
+                let expected = run(Isa::Baseline);
+                assert_eq!(expected[0], expected[1], "{}: a dual's value", $name);
+                for isa in &sets {
+                    assert_eq!(run(*isa), expected, "{} on {} at {n} points", $name, isa.name());
+                }
+            }
+        }};
+    }
+    let mut random = Random(9);
+    for (name, shape) in everything() {
+        let points: Vec<_> = (0..300).map(|_| random.point(2.0)).collect();
+        same!(f32, &shape, name, points);
+        same!(f64, &shape, name, points);
     }
 }
 

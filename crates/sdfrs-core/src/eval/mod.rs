@@ -16,27 +16,30 @@ use crate::{
     tape::Tape,
 };
 
+use run::{Batch, Slots};
 pub use run::{Isa, isa};
-
-/// Packs a chunk of the slice evaluator.
-const CHUNK: usize = 4;
 
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
-    type Lanes: Lanes<Self>;
-    /// The instruction loop over `width` packs a slot, and the one over duals: written out per type, so
-    /// that the op table is compiled here once and not again in every dependent crate.
+    type Lanes: Lanes<S = Self>;
+    /// The loop over a batch of points and the one with gradients: written out per type, so that the op
+    /// table is compiled here once and not again in every dependent crate.
     #[doc(hidden)]
-    fn run(tape: &Tape<Self>, slots: &mut [Self::Lanes], width: usize);
+    fn values(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [Self]);
     #[doc(hidden)]
-    fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]);
+    fn gradients(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [&mut [Self]; 4]);
 }
 
-/// A pack that can be filled from a slice.
-pub trait Lanes<T>: Real<S = T> {
+/// A pack of `WIDTH` scalars side by side, nothing else: a slice of them may be read as packs.
+///
+/// # Safety
+/// The type must have the size of `WIDTH` scalars, and any scalars must be a valid pack.
+#[allow(unsafe_code)]
+pub unsafe trait Lanes: Real {
     const WIDTH: usize;
-    fn load(src: &[T]) -> Self;
-    fn store(self, dst: &mut [T]);
+    /// The first `WIDTH` values; the last one again where there are fewer.
+    fn load(src: &[Self::S]) -> Self;
+    fn store(self, dst: &mut [Self::S]);
 }
 
 macro_rules! native {
@@ -44,15 +47,23 @@ macro_rules! native {
         impl Native for $t {
             type Lanes = Pack<$t, $w>;
             #[inline(never)]
-            fn run(tape: &Tape<Self>, slots: &mut [Self::Lanes], width: usize) {
-                run::run::<Self::Lanes>(tape, slots, width);
+            fn values(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [Self]) {
+                run::run_values::<Self::Lanes>(isa, tape, &mut scratch.lanes, batch, out);
             }
             #[inline(never)]
-            fn run_duals(tape: &Tape<Self>, slots: &mut [Dual<Self::Lanes>]) {
-                run::run::<Dual<Self::Lanes>>(tape, slots, 1);
+            fn gradients(
+                isa: Isa,
+                tape: &Tape<Self>,
+                scratch: &mut Scratch<Self>,
+                batch: &Batch<Self>,
+                out: &mut [&mut [Self]; 4],
+            ) {
+                run::run_gradients::<Self::Lanes>(isa, tape, &mut scratch.duals, batch, out);
             }
         }
-        impl Lanes<$t> for Pack<$t, $w> {
+        // SAFETY: a pack is an array of scalars, aligned to its own size of 64 bytes.
+        #[allow(unsafe_code)]
+        unsafe impl Lanes for Pack<$t, $w> {
             const WIDTH: usize = $w;
             #[inline(always)]
             fn load(src: &[$t]) -> Self {
@@ -70,13 +81,13 @@ native!(f64, 8);
 
 /// A worker's memory; grows to what the largest tape needs and is used again.
 pub struct Scratch<T: Native> {
-    lanes: Vec<T::Lanes>,
-    duals: Vec<Dual<T::Lanes>>,
+    lanes: Slots<T::Lanes>,
+    duals: Slots<Dual<T::Lanes>>,
 }
 
 impl<T: Native> Scratch<T> {
     pub fn new() -> Self {
-        Self { lanes: Vec::new(), duals: Vec::new() }
+        Self { lanes: Slots::new(), duals: Slots::new() }
     }
 }
 
@@ -117,47 +128,22 @@ impl<T: Native> Program<T> {
 
     /// Values at points given coordinate by coordinate; all slices have one length.
     pub fn evaluate(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
-        let width = T::Lanes::WIDTH;
-        let n = out.len();
-        for at in (0..n).step_by(CHUNK * width) {
-            let end = (at + CHUNK * width).min(n);
-            self.chunk(scratch, p.map(|p| &p[at..end]), &mut out[at..end]);
-        }
+        self.evaluate_on(isa(), scratch, p, out);
     }
 
-    fn chunk(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
-        let width = T::Lanes::WIDTH;
-        let packs = out.len().div_ceil(width);
-        let slots = reserve(&mut scratch.lanes, self.tape.slots() * packs);
-        for (axis, p) in p.iter().enumerate() {
-            for (slot, p) in slots[axis * packs..].iter_mut().zip(p.chunks(width)) {
-                *slot = T::Lanes::load(p);
-            }
-        }
-        T::run(&self.tape, slots, packs);
-        let root = self.tape.root() * packs;
-        for (value, out) in slots[root..].iter().zip(out.chunks_mut(width)) {
-            value.store(out);
-        }
+    /// The same on an instruction set of one's choice; the bits don't depend on it.
+    pub fn evaluate_on(&self, isa: Isa, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        T::values(isa, &self.tape, scratch, &Batch { p }, out);
     }
 
     /// Values and gradients by dual numbers: `out` is value, d/dx, d/dy, d/dz.
     pub fn gradient(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: [&mut [T]; 4]) {
-        let width = T::Lanes::WIDTH;
-        let [value, dx, dy, dz] = out;
-        let slots = reserve(&mut scratch.duals, self.tape.slots());
-        for at in (0..value.len()).step_by(width) {
-            let end = (at + width).min(value.len());
-            for axis in 0..3 {
-                slots[axis] = Dual::variable(T::Lanes::load(&p[axis][at..end]), axis);
-            }
-            T::run_duals(&self.tape, slots);
-            let Dual(v, g) = slots[self.tape.root()];
-            v.store(&mut value[at..end]);
-            g[0].store(&mut dx[at..end]);
-            g[1].store(&mut dy[at..end]);
-            g[2].store(&mut dz[at..end]);
-        }
+        self.gradient_on(isa(), scratch, p, out);
+    }
+
+    /// The same on an instruction set of one's choice; the bits don't depend on it.
+    pub fn gradient_on(&self, isa: Isa, scratch: &mut Scratch<T>, p: [&[T]; 3], mut out: [&mut [T]; 4]) {
+        T::gradients(isa, &self.tape, scratch, &Batch { p }, &mut out);
     }
 }
 
@@ -182,12 +168,4 @@ pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64),
     }
     let Iv { lo, hi } = slots[tape.root()];
     Ok((lo, hi))
-}
-
-/// At least `n` values, made once.
-fn reserve<R: Real>(memory: &mut Vec<R>, n: usize) -> &mut [R] {
-    if memory.len() < n {
-        memory.resize(n, R::c(0.0));
-    }
-    &mut memory[..n]
 }

@@ -2,11 +2,19 @@
 
 use std::sync::OnceLock;
 
+use super::Lanes;
 use crate::{
-    op::{Tables, execute},
+    graph::INPUTS,
+    lane::Dual,
+    op::{Ins, Op, Tables},
     real::Real,
     tape::Tape,
 };
+
+/// Most packs a slot: 256 f32 or 128 f64, so that an instruction's dispatch is spread over many points.
+const CHUNK: usize = 16;
+/// Bytes that all slots together should stay below: what the fastest cache holds beside points and constants.
+const CACHE: usize = 24 << 10;
 
 /// Instruction sets with a loop of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,6 +27,12 @@ pub enum Isa {
 }
 
 impl Isa {
+    pub const ALL: [Isa; 4] = [Isa::Baseline, Isa::Sse41, Isa::Avx2, Isa::Avx512];
+
+    /// The instruction sets that this processor can run.
+    pub fn available() -> impl Iterator<Item = Isa> {
+        Self::ALL.into_iter().filter(|isa| *isa <= best())
+    }
     pub fn name(self) -> &'static str {
         match self {
             Isa::Baseline => "baseline",
@@ -34,14 +48,19 @@ pub fn isa() -> Isa {
     static ISA: OnceLock<Isa> = OnceLock::new();
     *ISA.get_or_init(|| {
         let wanted = std::env::var("SDFRS_ISA").unwrap_or_default();
-        let all = [Isa::Baseline, Isa::Sse41, Isa::Avx2, Isa::Avx512];
-        let cap = all.into_iter().find(|i| i.name() == wanted).unwrap_or(Isa::Avx512);
+        let cap = Isa::ALL.into_iter().find(|i| i.name() == wanted).unwrap_or(Isa::Avx512);
         best().min(cap)
     })
 }
 
-#[cfg(target_arch = "x86_64")]
+/// The best instruction set here; asked of the processor once.
 fn best() -> Isa {
+    static BEST: OnceLock<Isa> = OnceLock::new();
+    *BEST.get_or_init(detect)
+}
+
+#[cfg(target_arch = "x86_64")]
+fn detect() -> Isa {
     use std::arch::is_x86_feature_detected as has;
     if has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") {
         Isa::Avx512
@@ -55,52 +74,261 @@ fn best() -> Isa {
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn best() -> Isa {
+fn detect() -> Isa {
     Isa::Baseline
 }
 
-#[inline(always)]
+/// One instruction over so many packs.
+type Step<R> = unsafe fn(&Ins, *const *mut R, usize, &Tables<<R as Real>::S>);
+
+/// What one call computes: points in, values and perhaps gradients out.
+pub struct Batch<'a, S> {
+    pub p: [&'a [S]; 3],
+}
+
+/// A worker's memory for one kind of number; grows to what the largest tape needs and is used again.
+pub struct Slots<R> {
+    values: Vec<R>,
+    /// Where each slot lies.
+    at: Vec<*mut R>,
+}
+
+// SAFETY: the pointers are dead between calls; every call writes them before it reads them.
 #[allow(unsafe_code)]
-unsafe fn all<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
-    let t: Tables<R::S> = tape.tables();
-    for ins in tape.instructions() {
-        // SAFETY: the tape is checked, and the caller has `width` values for each of its slots.
-        unsafe { execute::<R>(ins, slots.as_mut_ptr(), width, &t) };
+unsafe impl<R: Send> Send for Slots<R> {}
+#[allow(unsafe_code)]
+unsafe impl<R: Sync> Sync for Slots<R> {}
+
+impl<R: Real> Slots<R> {
+    pub const fn new() -> Self {
+        Self { values: Vec::new(), at: Vec::new() }
+    }
+
+    /// Memory for `slots` slots of `width` values.
+    fn reserve(&mut self, slots: usize, width: usize) {
+        if self.values.len() < slots * width {
+            self.values.resize(slots * width, R::c(0.0));
+        }
+        self.at.clear();
+        let base = self.values.as_mut_ptr();
+        self.at.extend((0..slots).map(|s| base.wrapping_add(s * width)));
     }
 }
 
-/// A module for each, so that they compile side by side.
-macro_rules! versions {
-    ($($name:ident $features:literal),*) => {$(
-        #[cfg(target_arch = "x86_64")]
-        mod $name {
-            use super::{Real, Tape};
+/// Packs a slot, at least 4 and at most CHUNK.
+fn chunk<R>(slots: usize) -> usize {
+    (CACHE / (slots * size_of::<R>())).clamp(CHUNK / 4, CHUNK)
+}
 
-            #[target_feature(enable = $features)]
+/// Values of a batch. Full packs are read from the caller's slices and written to them in place; a
+/// chunk that ends inside a pack goes through slots of its own, the last point repeated.
+#[inline(always)]
+#[allow(unsafe_code)]
+unsafe fn values<L: Lanes>(
+    step: Step<L>,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<L>,
+    batch: &Batch<L::S>,
+    out: &mut [L::S],
+) {
+    let t: Tables<L::S> = tape.tables();
+    let (n, root) = (out.len(), tape.root());
+    let most = chunk::<L>(tape.slots());
+    let mut width = usize::MAX;
+    let mut at = 0;
+    while at < n {
+        let packs = (n - at).div_ceil(L::WIDTH).min(most);
+        let count = (n - at).min(packs * L::WIDTH);
+        let whole = count == packs * L::WIDTH;
+        if packs != width || !whole {
+            memory.reserve(tape.slots(), packs);
+            width = packs;
+        }
+        let place = memory.at.as_mut_ptr();
+        // SAFETY: the slices have one length and `at + count` does not exceed it. A slot's memory holds
+        // `packs * WIDTH` scalars, as do the slices from `at` on where the chunk is `whole`. No
+        // instruction writes an input's slot, so the caller's points are only read.
+        unsafe {
+            for axis in 0..INPUTS as usize {
+                let from = batch.p[axis].as_ptr().add(at);
+                if whole {
+                    *place.add(axis) = from as *mut L;
+                } else {
+                    let to = (*place.add(axis)).cast::<L::S>();
+                    std::ptr::copy_nonoverlapping(from, to, count);
+                    for i in count..packs * L::WIDTH {
+                        *to.add(i) = *from.add(count - 1);
+                    }
+                }
+            }
+            let target = out.as_mut_ptr().add(at);
+            // A field that is a bare coordinate has an input for its root: nothing is written there.
+            let inside = whole && root >= INPUTS as usize;
+            if inside {
+                *place.add(root) = target.cast::<L>();
+            }
+            for ins in tape.instructions() {
+                step(ins, place.cast_const(), packs, &t);
+            }
+            if !inside {
+                std::ptr::copy_nonoverlapping((*place.add(root)).cast::<L::S>().cast_const(), target, count);
+            }
+        }
+        at += count;
+    }
+}
+
+/// Values and gradients of a batch.
+#[inline(always)]
+#[allow(unsafe_code)]
+unsafe fn gradients<L: Lanes>(
+    step: Step<Dual<L>>,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<Dual<L>>,
+    batch: &Batch<L::S>,
+    out: &mut [&mut [L::S]; 4],
+) {
+    let t: Tables<L::S> = tape.tables();
+    let n = out[0].len();
+    let most = chunk::<Dual<L>>(tape.slots()).min(n.div_ceil(L::WIDTH));
+    memory.reserve(tape.slots(), most);
+    let place = memory.at.as_mut_ptr();
+    let mut at = 0;
+    while at < n {
+        let packs = (n - at).div_ceil(L::WIDTH).min(most);
+        let end = n.min(at + packs * L::WIDTH);
+        // SAFETY: each slot has `most` values.
+        unsafe {
+            for axis in 0..INPUTS as usize {
+                for g in 0..packs {
+                    let v = L::load(&batch.p[axis][at + g * L::WIDTH..end]);
+                    // No instruction writes an input's slot: the derivatives stay from chunk to chunk.
+                    if at == 0 {
+                        (*place.add(axis)).add(g).write(Dual::variable(v, axis));
+                    } else {
+                        (*(*place.add(axis)).add(g)).0 = v;
+                    }
+                }
+            }
+            for ins in tape.instructions() {
+                step(ins, place.cast_const(), packs, &t);
+            }
+            for g in 0..packs {
+                let root = (*place.add(tape.root())).add(g);
+                let to = at + g * L::WIDTH..end;
+                (*root).0.store(&mut out[0][to.clone()]);
+                (*root).1[0].store(&mut out[1][to.clone()]);
+                (*root).1[1].store(&mut out[2][to.clone()]);
+                (*root).1[2].store(&mut out[3][to]);
+            }
+        }
+        at = end;
+    }
+}
+
+/// A function for each row of the op table: small ones compile in a third of the time of one loop with
+/// all kernels inside, and none spills another's registers.
+macro_rules! steps {
+    ($features:tt $($op:ident)*) => {
+        mod arm {
+            use super::{Ins, Real, Tables};
+
+            $(
+                #[inline(never)]
+                #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+                #[allow(unsafe_code, non_snake_case)]
+                pub unsafe fn $op<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+                    // SAFETY: passed on.
+                    unsafe { crate::op::arm::$op::<R>(ins, slots, width, t) }
+                }
+            )*
+        }
+
+        #[inline(always)]
+        #[allow(unsafe_code)]
+        pub unsafe fn step<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe {
+                match ins.op {
+                    $(Op::$op => arm::$op::<R>(ins, slots, width, t),)*
+                }
+            }
+        }
+    };
+}
+
+/// A module for each instruction set, so that they compile side by side.
+macro_rules! versions {
+    ($($(#[$on:meta])? $name:ident $features:tt)*) => {$(
+        $(#[$on])?
+        mod $name {
+            use super::{Batch, Dual, Ins, Lanes, Op, Real, Slots, Tables, Tape};
+            use crate::op::each_op;
+
+            each_op!(steps, $features);
+
+            #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             #[allow(unsafe_code)]
-            pub unsafe fn run<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
+            pub unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
                 // SAFETY: passed on.
-                unsafe { super::all::<R>(tape, slots, width) }
+                unsafe { super::values::<L>(step::<L>, tape, memory, batch, out) }
+            }
+
+            #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+            #[allow(unsafe_code)]
+            pub unsafe fn gradients<L: Lanes>(
+                tape: &Tape<L::S>,
+                memory: &mut Slots<Dual<L>>,
+                batch: &Batch<L::S>,
+                out: &mut [&mut [L::S]; 4],
+            ) {
+                // SAFETY: passed on.
+                unsafe { super::gradients::<L>(step::<Dual<L>>, tape, memory, batch, out) }
             }
         }
     )*};
 }
-versions!(avx512 "avx512f,avx512vl,avx512dq,avx512bw", avx2 "avx2", sse41 "sse4.1");
+versions! {
+    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw"
+    #[cfg(target_arch = "x86_64")] avx2 "avx2"
+    #[cfg(target_arch = "x86_64")] sse41 "sse4.1"
+    baseline "sse2"
+}
 
-/// Runs the tape over `width` values a slot.
-#[allow(unsafe_code)]
-pub fn run<R: Real>(tape: &Tape<R::S>, slots: &mut [R], width: usize) {
-    assert!(slots.len() >= tape.slots() * width);
-    // SAFETY: the memory was just measured; the processor has the features that `isa` names.
-    unsafe {
-        match isa() {
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => avx512::run::<R>(tape, slots, width),
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => avx2::run::<R>(tape, slots, width),
-            #[cfg(target_arch = "x86_64")]
-            Isa::Sse41 => sse41::run::<R>(tape, slots, width),
-            _ => all::<R>(tape, slots, width),
+macro_rules! dispatch {
+    ($name:ident, $isa:expr, $($arg:expr),*) => {
+        // SAFETY: the processor has the features of every `Isa` up to `best`; lengths are checked by the caller.
+        unsafe {
+            match $isa {
+                #[cfg(target_arch = "x86_64")]
+                Isa::Avx512 => avx512::$name::<L>($($arg),*),
+                #[cfg(target_arch = "x86_64")]
+                Isa::Avx2 => avx2::$name::<L>($($arg),*),
+                #[cfg(target_arch = "x86_64")]
+                Isa::Sse41 => sse41::$name::<L>($($arg),*),
+                _ => baseline::$name::<L>($($arg),*),
+            }
         }
-    }
+    };
+}
+
+/// Values of a batch on an instruction set (or the best one here, where that is less).
+#[allow(unsafe_code)]
+pub fn run_values<L: Lanes>(isa: Isa, tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
+    assert!(batch.p.iter().all(|p| p.len() == out.len()), "points and values differ in number");
+    dispatch!(values, isa.min(best()), tape, memory, batch, out)
+}
+
+/// Values and gradients of a batch on an instruction set.
+#[allow(unsafe_code)]
+pub fn run_gradients<L: Lanes>(
+    isa: Isa,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<Dual<L>>,
+    batch: &Batch<L::S>,
+    out: &mut [&mut [L::S]; 4],
+) {
+    let n = out[0].len();
+    assert!(batch.p.iter().all(|p| p.len() == n) && out.iter().all(|o| o.len() == n), "points and values differ in number");
+    dispatch!(gradients, isa.min(best()), tape, memory, batch, out)
 }

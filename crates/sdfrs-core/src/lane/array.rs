@@ -18,19 +18,24 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
     /// The first `W` values of a slice; the last value again where the slice is shorter.
     #[inline(always)]
     pub fn load(src: &[T]) -> Self {
-        let mut r = Pack([T::default(); W]);
         if let Some(full) = src.first_chunk::<W>() {
-            r.0 = *full;
-        } else if let Some(last) = src.last() {
-            r.0 = [*last; W];
-            r.0[..src.len()].copy_from_slice(src);
+            return Pack(*full);
+        }
+        let mut r = Pack([src.last().copied().unwrap_or_default(); W]);
+        for i in 0..src.len().min(W) {
+            r.0[i] = src[i];
         }
         r
     }
     #[inline(always)]
     pub fn store(self, dst: &mut [T]) {
-        let n = dst.len().min(W);
-        dst[..n].copy_from_slice(&self.0[..n]);
+        if let Some(full) = dst.first_chunk_mut::<W>() {
+            *full = self.0;
+            return;
+        }
+        for (d, v) in dst.iter_mut().zip(self.0) {
+            *d = v;
+        }
     }
 }
 

@@ -21,22 +21,40 @@ impl<R: Real> Dual<R> {
         Dual(v, d)
     }
     #[inline(always)]
-    fn chain(self, value: R, slope: R) -> Self {
-        Dual(value, self.1.map(|d| d * slope))
+    fn splat_lanes(v: R) -> Self {
+        Dual(v, [R::c(0.0); 3])
     }
-    /// Gradient of a length: (sum v_i dv_i) / len, 0 where the length is 0.
     #[inline(always)]
-    fn over_length<const N: usize>(v: [Self; N], len: R) -> Self {
-        let zero = R::c(0.0);
-        let inv = R::select_lt(zero, len, R::c(1.0) / len, zero);
-        let mut d = [zero; 3];
-        for a in v {
-            for (d, da) in d.iter_mut().zip(a.1) {
-                *d = *d + a.0 * da;
-            }
-        }
-        Dual(len, d.map(|d| d * inv))
+    fn chain(self, value: R, slope: R) -> Self {
+        Dual(value, [self.1[0] * slope, self.1[1] * slope, self.1[2] * slope])
     }
+}
+
+/// The three derivatives, written out: closures and array maps leave copies through memory.
+macro_rules! each {
+    ($i:ident => $d:expr) => {
+        [
+            {
+                const $i: usize = 0;
+                $d
+            },
+            {
+                const $i: usize = 1;
+                $d
+            },
+            {
+                const $i: usize = 2;
+                $d
+            },
+        ]
+    };
+}
+
+/// 1 / len, 0 where the length is 0: a length's gradient is (sum v_i dv_i) / len.
+#[inline(always)]
+fn inverse<R: Real>(len: R) -> R {
+    let zero = R::c(0.0);
+    R::select_lt(zero, len, R::c(1.0) / len, zero)
 }
 
 impl<R: Real> Add for Dual<R> {
@@ -61,8 +79,7 @@ impl<R: Real> Mul for Dual<R> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        let d = |i: usize| self.1[i] * o.0 + o.1[i] * self.0;
-        Dual(self.0 * o.0, [d(0), d(1), d(2)])
+        Dual(self.0 * o.0, each!(I => self.1[I] * o.0 + o.1[I] * self.0))
     }
 }
 
@@ -72,8 +89,8 @@ impl<R: Real> Div for Dual<R> {
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         let q = self.0 / o.0;
-        let d = |i: usize| (self.1[i] - q * o.1[i]) / o.0;
-        Dual(q, [d(0), d(1), d(2)])
+        let inv = R::c(1.0) / o.0;
+        Dual(q, each!(I => (self.1[I] - q * o.1[I]) * inv))
     }
 }
 
@@ -81,7 +98,7 @@ impl<R: Real> Neg for Dual<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Dual(-self.0, self.1.map(|d| -d))
+        Dual(-self.0, each!(I => -self.1[I]))
     }
 }
 
@@ -135,13 +152,11 @@ impl<R: Real> Real for Dual<R> {
     fn atan2(self, x: Self) -> Self {
         let (zero, n) = (R::c(0.0), self.0.sq() + x.0.sq());
         let inv = R::select_lt(zero, n, R::c(1.0) / n, zero);
-        let d = |i: usize| (self.1[i] * x.0 - x.1[i] * self.0) * inv;
-        Dual(self.0.atan2(x.0), [d(0), d(1), d(2)])
+        Dual(self.0.atan2(x.0), each!(I => (self.1[I] * x.0 - x.1[I] * self.0) * inv))
     }
     #[inline(always)]
     fn select_lt(a: Self, b: Self, x: Self, y: Self) -> Self {
-        let pick = |x: R, y: R| R::select_lt(a.0, b.0, x, y);
-        Dual(pick(x.0, y.0), [pick(x.1[0], y.1[0]), pick(x.1[1], y.1[1]), pick(x.1[2], y.1[2])])
+        Dual(R::select_lt(a.0, b.0, x.0, y.0), each!(I => R::select_lt(a.0, b.0, x.1[I], y.1[I])))
     }
     #[inline(always)]
     fn any_lt(a: Self, b: Self) -> bool {
@@ -149,22 +164,51 @@ impl<R: Real> Real for Dual<R> {
     }
     #[inline(always)]
     fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self {
-        let (v, g) = R::sample_gradient(grid, step, p.map(|a| a.0));
-        let d = |i: usize| g[0] * p[0].1[i] + g[1] * p[1].1[i] + g[2] * p[2].1[i];
-        Dual(v, [d(0), d(1), d(2)])
+        let (v, g) = R::sample_gradient(grid, step, [p[0].0, p[1].0, p[2].0]);
+        Dual(v, each!(I => g[0] * p[0].1[I] + g[1] * p[1].1[I] + g[2] * p[2].1[I]))
     }
     #[inline(always)]
     fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {
         // Nobody asks for second derivatives: the slope counts as constant.
-        let (_, g) = R::sample_gradient(grid, step, p.map(|a| a.0));
-        (Self::sample(grid, step, p), g.map(|g| Dual(g, [R::c(0.0); 3])))
+        let (_, g) = R::sample_gradient(grid, step, [p[0].0, p[1].0, p[2].0]);
+        (Self::sample(grid, step, p), each!(I => Dual::splat_lanes(g[I])))
+    }
+    #[inline(always)]
+    fn power(self, n: u32) -> Self {
+        if n < 2 {
+            return self;
+        }
+        let before = self.0.power(n - 1);
+        self.chain(before * self.0, before * R::c(f64::from(n)))
+    }
+    #[inline(always)]
+    fn complex_power(x: Self, y: Self, n: u32) -> (Self, Self) {
+        if n < 2 {
+            return (x, y);
+        }
+        // d(w^n) = n w^(n-1) dw; w^n itself by the plain route, for its bits.
+        let (a, b) = R::complex_power(x.0, y.0, n);
+        let (u, v) = R::complex_power(x.0, y.0, n - 1);
+        let n = R::c(f64::from(n));
+        let (u, v) = (u * n, v * n);
+        (Dual(a, each!(I => u * x.1[I] - v * y.1[I])), Dual(b, each!(I => u * y.1[I] + v * x.1[I])))
+    }
+    #[inline(always)]
+    fn reaches(x: Self, y: Self, z: Self, r: Self, slack: Self, tiny: Self) -> bool {
+        R::reaches(x.0, y.0, z.0, r.0, slack.0, tiny.0)
     }
     #[inline(always)]
     fn len2(a: Self, b: Self) -> Self {
-        Self::over_length([a, b], R::len2(a.0, b.0))
+        let len = R::len2(a.0, b.0);
+        let inv = inverse(len);
+        let (u, v) = (a.0 * inv, b.0 * inv);
+        Dual(len, each!(I => u * a.1[I] + v * b.1[I]))
     }
     #[inline(always)]
     fn len3(a: Self, b: Self, c: Self) -> Self {
-        Self::over_length([a, b, c], R::len3(a.0, b.0, c.0))
+        let len = R::len3(a.0, b.0, c.0);
+        let inv = inverse(len);
+        let (u, v, w) = (a.0 * inv, b.0 * inv, c.0 * inv);
+        Dual(len, each!(I => u * a.1[I] + v * b.1[I] + w * c.1[I]))
     }
 }

@@ -86,31 +86,21 @@ pub fn gyroid<R: Real>(x: R, y: R, z: R) -> R {
 }
 
 /// Least of `|p - c| - r` over a table of `cx, cy, cz, r`.
+///
+/// Only a sphere with `|p - c|^2 < (d + r)^2` can lower the minimum `d`: the others need no root. The
+/// slack covers every rounding, so that no bit depends on which points share a pack.
 #[inline(always)]
 pub fn sphere_union<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
+    let (slack, tiny) = (R::splat(R::S::of(1.0 + 16.0 * R::S::EPS.f64())), R::splat(R::S::TINY));
     let mut d = R::splat(R::S::INFINITY);
     for s in table.chunks_exact(4) {
-        let v = R::len3(x - R::splat(s[0]), y - R::splat(s[1]), z - R::splat(s[2])) - R::splat(s[3]);
-        d = v.min(d);
+        let (dx, dy, dz, r) = (x - R::splat(s[0]), y - R::splat(s[1]), z - R::splat(s[2]), R::splat(s[3]));
+        if R::reaches(dx, dy, dz, d + r, slack, tiny) {
+            let v = R::len3(dx, dy, dz) - r;
+            d = v.min(d);
+        }
     }
     d
-}
-
-/// Complex power by squaring.
-#[inline(always)]
-fn power<R: Real>(mut x: R, mut y: R, n: u32) -> (R, R) {
-    let (mut a, mut b) = (R::c(1.0), R::c(0.0));
-    let mut n = n;
-    loop {
-        if n & 1 == 1 {
-            (a, b) = (a * x - b * y, a * y + b * x);
-        }
-        n >>= 1;
-        if n == 0 {
-            return (a, b);
-        }
-        (x, y) = (x * x - y * y, (x + x) * y);
-    }
 }
 
 /// Distance estimate of the Mandelbulb, `log(r) r / (2 |dr|)`; table: power, iterations, start of the
@@ -135,13 +125,9 @@ pub fn mandelbulb<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
         let safe = R::select_lt(zero, rho, rho, one);
         let (ca, sa) = (R::select_lt(zero, rho, x / safe, one), y / safe);
         // (z + i rho)^n carries r^n and n times the polar angle; the azimuth is kept of unit length.
-        let (pz, prho) = power(z, rho, n);
-        let (pc, ps) = power(ca, sa, n);
-        let mut rn = r;
-        for _ in 2..n {
-            rn = rn * r;
-        }
-        let grown = rn * R::c(f64::from(n)) * dr + one;
+        let (pz, prho) = R::complex_power(z, rho, n);
+        let (pc, ps) = R::complex_power(ca, sa, n);
+        let grown = r.power(n - 1) * R::c(f64::from(n)) * dr + one;
         let (nx, ny, nz) = (prho * pc + cx, prho * ps + cy, pz + cz);
         x = R::select_lt(r, bail, nx, x);
         y = R::select_lt(r, bail, ny, y);

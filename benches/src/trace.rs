@@ -1,0 +1,143 @@
+//! A picture of rays, traced by Hart's plain loop: one ray at a time, or 32x32 rays in waves.
+
+use sdfrs_core::{Control, Limits, Program, Rays, Span, Status};
+use sdfrs_trace::{Tracer, trace};
+
+use crate::{Scene, fidget_peer::Jit};
+
+pub const EPS: f32 = 1e-4;
+pub const MAX_STEPS: u32 = 256;
+pub const T_MAX: f32 = 10.0;
+/// Side of a tile of rays that step together.
+pub const TILE: usize = 32;
+
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    pub o: [f32; 3],
+    pub d: [f32; 3],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    pub hit: bool,
+    pub steps: u32,
+}
+
+impl Line {
+    #[inline(always)]
+    pub fn at(&self, t: f32) -> [f32; 3] {
+        [self.o[0] + t * self.d[0], self.o[1] + t * self.d[1], self.o[2] + t * self.d[2]]
+    }
+    #[inline(always)]
+    pub fn walk(&self, field: impl Fn([f32; 3]) -> f32) -> End {
+        let mut t = 0.0;
+        for steps in 1..=MAX_STEPS {
+            let r = field(self.at(t));
+            if r < EPS {
+                return End { hit: true, steps };
+            }
+            t += r;
+            if !(t <= T_MAX) {
+                return End { hit: false, steps };
+            }
+        }
+        End { hit: false, steps: MAX_STEPS }
+    }
+}
+
+/// Rays of a pinhole camera, tile by tile.
+pub fn picture(side: usize) -> Vec<Line> {
+    let mut lines = Vec::with_capacity(side * side);
+    let eye = [0.6f32, 1.2, 4.2];
+    for ty in 0..side / TILE {
+        for tx in 0..side / TILE {
+            for k in 0..TILE * TILE {
+                let (x, y) = (tx * TILE + k % TILE, ty * TILE + k / TILE);
+                let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
+                let d = [u - 0.14, v - 0.28, -1.0];
+                let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                lines.push(Line { o: eye, d: d.map(|v| v / n) });
+            }
+        }
+    }
+    lines
+}
+
+/// Totals that two tracers must agree on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Totals {
+    pub hits: usize,
+    pub steps: u64,
+}
+
+pub fn scalar(scene: &Scene, lines: &[Line]) -> Totals {
+    let mut sum = Totals { hits: 0, steps: 0 };
+    for line in lines {
+        let end = scene.hand.ray(line);
+        sum.hits += usize::from(end.hit);
+        sum.steps += u64::from(end.steps);
+    }
+    sum
+}
+
+/// Waves of one tile after the other through fidget's JIT.
+pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
+    let mut sum = Totals { hits: 0, steps: 0 };
+    let mut p: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; TILE * TILE]);
+    for tile in lines.chunks(TILE * TILE) {
+        let mut t = vec![0f32; tile.len()];
+        let mut active: Vec<u32> = (0..tile.len() as u32).collect();
+        for _ in 0..MAX_STEPS {
+            let n = active.len();
+            if n == 0 {
+                break;
+            }
+            for (i, &k) in active.iter().enumerate() {
+                let q = tile[k as usize].at(t[k as usize]);
+                (p[0][i], p[1][i], p[2][i]) = (q[0], q[1], q[2]);
+            }
+            sum.steps += n as u64;
+            let kept = jit.eval([&p[0][..n], &p[1][..n], &p[2][..n]], |r| {
+                let mut kept = 0;
+                for i in 0..n {
+                    let k = active[i];
+                    if r[i] < EPS {
+                        sum.hits += 1;
+                        continue;
+                    }
+                    t[k as usize] += r[i];
+                    active[kept] = k;
+                    kept += usize::from(t[k as usize] <= T_MAX);
+                }
+                kept
+            });
+            active.truncate(kept);
+        }
+    }
+    sum
+}
+
+/// The rays as the product takes them.
+pub struct Batch {
+    origins: Vec<[f32; 3]>,
+    directions: Vec<[f32; 3]>,
+}
+
+impl Batch {
+    pub fn new(lines: &[Line]) -> Self {
+        Self { origins: lines.iter().map(|l| l.o).collect(), directions: lines.iter().map(|l| l.d).collect() }
+    }
+
+    pub fn trace(&self, field: &Program<f32>) -> Totals {
+        let rays = Rays {
+            origins: &self.origins,
+            directions: &self.directions,
+            t_min: Span::All(0.0),
+            t_max: Span::All(T_MAX),
+        };
+        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0 };
+        let hits = trace(field, &Tracer::Basic { guards: false }, &rays, &limits, &Control::new()).unwrap();
+        let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
+        Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
+    }
+}
