@@ -18,14 +18,18 @@ fn eval(c: &mut Criterion) {
             let mut group = c.benchmark_group(format!("eval/{}/{n}", scene.name));
             group.throughput(Throughput::Elements(n as u64));
             let (mut scratch, mut out) = (Scratch::new(), vec![0.0; n]);
-            group.bench_function("ours", |b| b.iter(|| program.evaluate(&mut scratch, black_box(p), &mut out)));
+            group.bench_function("ours", |b| {
+                b.iter(|| program.evaluate(&mut scratch, black_box(p), &mut out))
+            });
             let mut jit = scene.hand.jit();
             group.bench_function("fidget", |b| {
                 b.iter(|| {
                     black_box(jit.eval(black_box(p), |v| v[0]));
                 })
             });
-            group.bench_function("scalar", |b| b.iter(|| scene.hand.scalar(black_box(p), black_box(&mut out))));
+            group.bench_function("scalar", |b| {
+                b.iter(|| scene.hand.scalar(black_box(p), black_box(&mut out)))
+            });
             group.finish();
         }
     }

@@ -65,7 +65,12 @@ impl Scene {
         // An escape-time formula amplifies the last bit near its boundary, so a few points may differ.
         let close = |a: f32, b: f32| (a - b).abs() <= 1e-4 * (1.0 + b.abs());
         let off = (0..n).filter(|&i| !(close(ours[i], scalar[i]) && close(ours[i], jit[i]))).count();
-        assert!(off * 100 <= n, "{}: {off} of {n} values differ, e.g. {:?}", self.name, (ours[0], scalar[0], jit[0]));
+        assert!(
+            off * 100 <= n,
+            "{}: {off} of {n} values differ, e.g. {:?}",
+            self.name,
+            (ours[0], scalar[0], jit[0])
+        );
     }
 }
 
@@ -80,4 +85,3 @@ pub fn points(n: usize, half: f32) -> [Vec<f32>; 3] {
     }
     p
 }
-

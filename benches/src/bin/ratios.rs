@@ -43,7 +43,9 @@ fn bar(v: Option<f64>, ratio: f64) -> String {
 }
 
 fn eval() {
-    println!("| scene | points | ours, ns/point | fidget JIT | scalar loop | ours / JIT | bar | ours / scalar |");
+    println!(
+        "| scene | points | ours, ns/point | fidget JIT | scalar loop | ours / JIT | bar | ours / scalar |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for scene in scenes::all() {
         let all = points(1024, 1.4);
@@ -52,7 +54,10 @@ fn eval() {
             let [ours, jit, scalar] = against(&scene, n, &all);
             let (a, b) = (ours / jit, ours / scalar);
             let bar = bar(bars(scene.name)[bar_of], a);
-            println!("| {} | {n} | {ours:.2} | {jit:.2} | {scalar:.2} | {a:.2} | {bar} | {b:.3} |", scene.name);
+            println!(
+                "| {} | {n} | {ours:.2} | {jit:.2} | {scalar:.2} | {a:.2} | {bar} | {b:.3} |",
+                scene.name
+            );
         }
     }
     println!();
@@ -85,7 +90,8 @@ fn precision() {
         let p = points(n, 1.4);
         let q: [Vec<f64>; 3] = std::array::from_fn(|i| p[i].iter().map(|v| f64::from(*v)).collect());
         let (p, q) = ([&p[0][..], &p[1], &p[2]], [&q[0][..], &q[1], &q[2]]);
-        let (f32s, f64s) = (Program::<f32>::values(&scene.shape).unwrap(), Program::<f64>::values(&scene.shape).unwrap());
+        let (f32s, f64s) =
+            (Program::<f32>::values(&scene.shape).unwrap(), Program::<f64>::values(&scene.shape).unwrap());
         let (mut single, mut duals, mut double) = (Scratch::new(), Scratch::new(), Scratch::new());
         let (mut a, mut b) = (vec![0f32; n], vec![0f64; n]);
         let mut g: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; n]);
@@ -114,7 +120,9 @@ fn precision() {
 }
 
 fn tracing() {
-    println!("| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | rays that differ |");
+    println!(
+        "| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | rays that differ |"
+    );
     println!("|---|---|---|---|---|---|---|");
     let lines = trace::picture(512);
     let batch = trace::Batch::new(&lines);
@@ -139,7 +147,12 @@ fn tracing() {
             ],
         )
         .map(|s| s * 1e3);
-        println!("| {} | {ours:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | {differ} |", scene.name, ours / jit, scalar / ours);
+        println!(
+            "| {} | {ours:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | {differ} |",
+            scene.name,
+            ours / jit,
+            scalar / ours
+        );
     }
     println!();
 }
