@@ -191,7 +191,9 @@ fn any_instruction_set_gives_the_same_bits() {
                     program.evaluate_on(isa, &mut scratch, q, v);
                     program.gradient_on(isa, &mut scratch, q, [w, x, y, z]);
                     // Which NaN it is, nobody promises.
-                    all.map(|v| v.iter().map(|v| if v.is_nan() { 0 } else { v.to_bits() }).collect::<Vec<_>>())
+                    all.map(|v| {
+                        v.iter().map(|v| if v.is_nan() { 0 } else { v.to_bits() }).collect::<Vec<_>>()
+                    })
                 };
                 let expected = run(Isa::Baseline);
                 assert_eq!(expected[0], expected[1], "{}: a dual's value", $name);

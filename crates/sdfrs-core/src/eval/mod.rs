@@ -25,9 +25,21 @@ pub trait Native: Scalar {
     /// The loop over a batch of points and the one with gradients: written out per type, so that the op
     /// table is compiled here once and not again in every dependent crate.
     #[doc(hidden)]
-    fn values(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [Self]);
+    fn values(
+        isa: Isa,
+        tape: &Tape<Self>,
+        scratch: &mut Scratch<Self>,
+        batch: &Batch<Self>,
+        out: &mut [Self],
+    );
     #[doc(hidden)]
-    fn gradients(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [&mut [Self]; 4]);
+    fn gradients(
+        isa: Isa,
+        tape: &Tape<Self>,
+        scratch: &mut Scratch<Self>,
+        batch: &Batch<Self>,
+        out: &mut [&mut [Self]; 4],
+    );
 }
 
 /// A pack of `WIDTH` scalars side by side, nothing else: a slice of them may be read as packs.
@@ -47,7 +59,13 @@ macro_rules! native {
         impl Native for $t {
             type Lanes = Pack<$t, $w>;
             #[inline(never)]
-            fn values(isa: Isa, tape: &Tape<Self>, scratch: &mut Scratch<Self>, batch: &Batch<Self>, out: &mut [Self]) {
+            fn values(
+                isa: Isa,
+                tape: &Tape<Self>,
+                scratch: &mut Scratch<Self>,
+                batch: &Batch<Self>,
+                out: &mut [Self],
+            ) {
                 run::run_values::<Self::Lanes>(isa, tape, &mut scratch.lanes, batch, out);
             }
             #[inline(never)]

@@ -314,7 +314,13 @@ macro_rules! dispatch {
 
 /// Values of a batch on an instruction set (or the best one here, where that is less).
 #[allow(unsafe_code)]
-pub fn run_values<L: Lanes>(isa: Isa, tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
+pub fn run_values<L: Lanes>(
+    isa: Isa,
+    tape: &Tape<L::S>,
+    memory: &mut Slots<L>,
+    batch: &Batch<L::S>,
+    out: &mut [L::S],
+) {
     assert!(batch.p.iter().all(|p| p.len() == out.len()), "points and values differ in number");
     dispatch!(values, isa.min(best()), tape, memory, batch, out)
 }
@@ -329,6 +335,9 @@ pub fn run_gradients<L: Lanes>(
     out: &mut [&mut [L::S]; 4],
 ) {
     let n = out[0].len();
-    assert!(batch.p.iter().all(|p| p.len() == n) && out.iter().all(|o| o.len() == n), "points and values differ in number");
+    assert!(
+        batch.p.iter().all(|p| p.len() == n) && out.iter().all(|o| o.len() == n),
+        "points and values differ in number"
+    );
     dispatch!(gradients, isa.min(best()), tape, memory, batch, out)
 }
