@@ -22,6 +22,8 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
             return Pack(*full);
         }
         let mut r = Pack([src.last().copied().unwrap_or_default(); W]);
+        // A call to memcpy would cost more than the lanes.
+        #[allow(clippy::manual_memcpy)]
         for i in 0..src.len().min(W) {
             r.0[i] = src[i];
         }
