@@ -261,12 +261,12 @@ ops! {
         RotX "rotate_x" (c, s, x, y) [] => c * x - s * y;
         RotY "rotate_y" (c, s, x, y) [] => s * x + c * y;
         Sphere "sphere" (x, y, z) [cx, cy, cz, r] => R::len3(x - cx, y - cy, z - cz) - r;
-        Box "box" (x, y, z) [hx, hy, hz, r] => kernel::cuboid(x, y, z, [hx, hy, hz], r);
-        Torus "torus" (x, y, z) [major, minor] => R::len2(R::len2(x, z) - major, y) - minor;
-        Cylinder "cylinder" (x, y, z) [r, half] => kernel::cylinder(x, y, z, r, half);
+        Box "box" (x, y, z) [cx, cy, cz, hx, hy, hz, r] => kernel::cuboid(x - cx, y - cy, z - cz, [hx, hy, hz], r);
+        Torus "torus" (x, y, z) [cx, cy, cz, major, minor] => R::len2(R::len2(x - cx, z - cz) - major, y - cy) - minor;
+        Cylinder "cylinder" (x, y, z) [cx, cy, cz, r, half] => kernel::cylinder(x - cx, y - cy, z - cz, r, half);
         Capsule "capsule" (x, y, z) [ax, ay, az, bx, by, bz, inv, r] => kernel::capsule([x - ax, y - ay, z - az], [bx, by, bz], inv, r);
-        Cone "cone" (x, y, z) [half, r0, r1, inv] => kernel::cone(x, y, z, half, r0, r1, inv);
-        Ellipsoid "ellipsoid" (x, y, z) [rx, ry, rz, least] => (R::len3(x / rx, y / ry, z / rz) - R::c(1.0)) * least;
+        Cone "cone" (x, y, z) [cx, cy, cz, half, r0, r1, inv] => kernel::cone(x - cx, y - cy, z - cz, half, r0, r1, inv);
+        Ellipsoid "ellipsoid" (x, y, z) [cx, cy, cz, rx, ry, rz, least] => (R::len3((x - cx) / rx, (y - cy) / ry, (z - cz) / rz) - R::c(1.0)) * least;
         Gyroid "gyroid" (x, y, z) [freq, inv, half] => kernel::gyroid(x * freq, y * freq, z * freq).abs() * inv - half;
     }
     // Ops over a table of constants of any length, or over a grid.

@@ -269,32 +269,43 @@ impl<'a> Lower<'a, '_> {
         self.fold(Op::Min, &rest, &[])
     }
 
+    /// Primitives that take their centre as constants: a translation costs no op of its own.
+    fn placed(&mut self, kind: &Kind, at: &Frame) -> Result<Option<u32>, SceneError> {
+        let half = |v: &f64| v / 2.0;
+        let (op, sizes) = match kind {
+            Kind::Sphere { radius } => (Op::Sphere, vec![*radius]),
+            Kind::Box { size: [x, y, z] } => (Op::Box, vec![half(x), half(y), half(z), 0.0]),
+            Kind::RoundedBox { size: [x, y, z], radius } => {
+                (Op::Box, vec![half(x), half(y), half(z), *radius])
+            }
+            Kind::Torus { major, minor } => (Op::Torus, vec![*major, *minor]),
+            Kind::Cylinder { radius, height } => (Op::Cylinder, vec![*radius, half(height)]),
+            Kind::Cone { radius, height, top_radius } => {
+                let n = (top_radius - radius).powi(2) + height * height;
+                (Op::Cone, vec![half(height), *radius, *top_radius, 1.0 / n])
+            }
+            Kind::Ellipsoid { radii: [x, y, z] } => (Op::Ellipsoid, vec![*x, *y, *z, x.min(*y).min(*z)]),
+            _ => return Ok(None),
+        };
+        let (p, centre) = match at.moved_to() {
+            Some(centre) => (at.base, centre),
+            None => (at.coordinates(self.graph)?, [0.0; 3]),
+        };
+        let consts: Vec<f64> = centre.into_iter().chain(sizes).collect();
+        self.graph.emit(op, &p, &consts).map(Some)
+    }
+
     fn primitive(&mut self, kind: &Kind, at: &Frame, form: Form) -> Result<u32, SceneError> {
-        if let (Kind::Sphere { radius }, Some([x, y, z])) = (kind, at.moved_to()) {
-            return self.graph.emit(Op::Sphere, &at.base, &[x, y, z, *radius]);
+        if let Some(placed) = self.placed(kind, at)? {
+            return Ok(placed);
         }
         let p = at.coordinates(self.graph)?;
-        let half = |v: &f64| v / 2.0;
         match kind {
-            Kind::Sphere { radius } => self.graph.emit(Op::Sphere, &p, &[0.0, 0.0, 0.0, *radius]),
-            Kind::Box { size: [x, y, z] } => self.graph.emit(Op::Box, &p, &[half(x), half(y), half(z), 0.0]),
-            Kind::RoundedBox { size: [x, y, z], radius } => {
-                self.graph.emit(Op::Box, &p, &[half(x), half(y), half(z), *radius])
-            }
-            Kind::Torus { major, minor } => self.graph.emit(Op::Torus, &p, &[*major, *minor]),
-            Kind::Cylinder { radius, height } => self.graph.emit(Op::Cylinder, &p, &[*radius, half(height)]),
             Kind::Capsule { a, b, radius } => {
                 let d: [f64; 3] = std::array::from_fn(|i| b[i] - a[i]);
                 let n: f64 = d.iter().map(|v| v * v).sum();
                 let inv = if n > 0.0 { 1.0 / n } else { 0.0 };
                 self.graph.emit(Op::Capsule, &p, &[a[0], a[1], a[2], d[0], d[1], d[2], inv, *radius])
-            }
-            Kind::Cone { radius, height, top_radius } => {
-                let n = (top_radius - radius).powi(2) + height * height;
-                self.graph.emit(Op::Cone, &p, &[half(height), *radius, *top_radius, 1.0 / n])
-            }
-            Kind::Ellipsoid { radii: [x, y, z] } => {
-                self.graph.emit(Op::Ellipsoid, &p, &[*x, *y, *z, x.min(*y).min(*z)])
             }
             Kind::Plane { normal, point } => {
                 let len = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -303,7 +314,7 @@ impl<'a> Lower<'a, '_> {
             }
             Kind::Gyroid { period, thickness } => {
                 let freq = std::f64::consts::TAU / period;
-                self.graph.emit(Op::Gyroid, &p, &[freq, 1.0 / (3f64.sqrt() * freq), half(thickness)])
+                self.graph.emit(Op::Gyroid, &p, &[freq, 1.0 / (3f64.sqrt() * freq), thickness / 2.0])
             }
             Kind::Mandelbulb { power, iterations } => {
                 // At radius 2 the estimate is about ln 2; the outer field must also stay below the distance.
