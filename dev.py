@@ -181,8 +181,7 @@ def test(_: argparse.Namespace, rest: list[str]) -> None:
     ensure_tools("test")
     need_cargo()
     # The bindings have no Rust tests: linking them outside Python is trouble for nothing.
-    # Nor do the benches: their peers would only lengthen the build.
-    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", "--exclude", "sdfrs-benches", check=False)
+    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", check=False)
     python = run(PYTHON, "-m", "pytest", *(rest or ["tests/python"]), check=False)
     parts = [name for name, code in (("cargo test", rust), ("pytest", python)) if code]
     if parts:
@@ -238,10 +237,11 @@ def gallery(_: argparse.Namespace, rest: list[str]) -> None:
 def bench(options: argparse.Namespace, rest: list[str]) -> None:
     """speed against fidget and scalar loops as the table of docs/performance.md; --criterion times at length"""
     need_cargo()
+    peers = ("--manifest-path", "benches/Cargo.toml")
     if options.criterion:
-        run("cargo", "bench", "-p", "sdfrs-benches", "--bench", "speed", "--", *rest)
+        run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:
-        run("cargo", "run", "-q", "-p", "sdfrs-benches", "--bin", "ratios", "--", *rest)
+        run("cargo", "run", "-q", *peers, "--bin", "ratios", "--", *rest)
 
 
 def doctor(_: argparse.Namespace, rest: list[str]) -> None:
