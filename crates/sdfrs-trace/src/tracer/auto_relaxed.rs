@@ -8,7 +8,7 @@ use sdfrs_core::{Scalar, Status};
 
 use super::{
     guarded::Rule,
-    walk::{Next, Range, Sample, Tally, Walk},
+    walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
 pub struct AutoRelaxed<T> {
@@ -82,12 +82,6 @@ impl<T: Scalar> Walk<T> for Letter<T> {
                 return if begun { tally.hit(s, range) } else { tally.hit_at_start(s, range) };
             }
         }
-        if st.t + st.r >= range.t_max {
-            Next::Done(Status::Miss)
-        } else if tally.spent() {
-            Next::Done(Status::OutOfSteps)
-        } else {
-            Next::Ask(st.t + st.z)
-        }
+        onwards(st.t, st.r, st.t + st.z, range, tally)
     }
 }

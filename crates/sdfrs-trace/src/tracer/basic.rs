@@ -7,7 +7,7 @@ use sdfrs_core::{Scalar, Status};
 
 use super::{
     guarded::Rule,
-    walk::{Next, Range, Sample, Tally, Walk},
+    walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
 pub struct Basic;
@@ -51,13 +51,6 @@ impl<T: Scalar> Walk<T> for Letter {
         if s.r <= s.e {
             return if first { tally.hit_at_start(s, range) } else { tally.hit(s, range) };
         }
-        let t = s.t + s.r;
-        if t >= range.t_max {
-            Next::Done(Status::Miss)
-        } else if tally.spent() {
-            Next::Done(Status::OutOfSteps)
-        } else {
-            Next::Ask(t)
-        }
+        onwards(s.t, s.r, s.t + s.r, range, tally)
     }
 }

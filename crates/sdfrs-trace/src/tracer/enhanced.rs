@@ -10,7 +10,7 @@ use sdfrs_core::{Scalar, Status};
 use super::{
     guarded::Rule,
     retry::Retry,
-    walk::{Next, Range, Sample, Tally, Walk},
+    walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
 pub struct Enhanced<T> {
@@ -71,26 +71,14 @@ impl<T: Scalar> Walk<T> for Letter<T> {
             } else {
                 tally.fallbacks += 1;
                 st.z = r;
-                return self.go_on(st, range, tally);
+                return onwards(st.t, st.r, st.t + st.z, range, tally);
             }
         }
         if s.r <= s.e {
             return if st.begun { tally.hit(s, range) } else { tally.hit_at_start(s, range) };
         }
         st.begun = true;
-        self.go_on(st, range, tally)
-    }
-}
-
-impl<T: Scalar> Letter<T> {
-    fn go_on(&self, st: &State<T>, range: &Range<T>, tally: &Tally<T>) -> Next<T> {
-        if st.t + st.r >= range.t_max {
-            Next::Done(Status::Miss)
-        } else if tally.spent() {
-            Next::Done(Status::OutOfSteps)
-        } else {
-            Next::Ask(st.t + st.z)
-        }
+        onwards(st.t, st.r, st.t + st.z, range, tally)
     }
 }
 

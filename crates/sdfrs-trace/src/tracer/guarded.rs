@@ -7,7 +7,7 @@
 
 use sdfrs_core::{Scalar, Status, contract::FLAG_CROSSING};
 
-use super::walk::{Next, Range, Sample, Tally, Walk};
+use super::walk::{Next, Range, Sample, Tally, Walk, onwards};
 
 /// What distinguishes the steppers.
 pub trait Rule<T>: Sync {
@@ -122,13 +122,7 @@ impl<R> Guarded<R> {
 
 #[inline]
 fn advance<T: Scalar>(st: &State<T>, range: &Range<T>, tally: &Tally<T>) -> Next<T> {
-    if st.t + st.r >= range.t_max {
-        Next::Done(Status::Miss)
-    } else if tally.spent() {
-        Next::Done(Status::OutOfSteps)
-    } else {
-        Next::Ask((st.t + st.z).min(range.t_max))
-    }
+    onwards(st.t, st.r, (st.t + st.z).min(range.t_max), range, tally)
 }
 
 fn fall_back<T: Scalar>(st: &mut State<T>, range: &Range<T>, tally: &mut Tally<T>) -> Next<T> {

@@ -9,7 +9,7 @@ use sdfrs_core::{Scalar, Status};
 use super::{
     guarded::Rule,
     retry::Retry,
-    walk::{Next, Range, Sample, Tally, Walk},
+    walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
 pub struct Relaxed<T> {
@@ -73,13 +73,7 @@ impl<T: Scalar> Walk<T> for Letter<T> {
             st.z = st.r;
         }
         st.begun = true;
-        if st.t + st.r >= range.t_max {
-            Next::Done(Status::Miss)
-        } else if tally.spent() {
-            Next::Done(Status::OutOfSteps)
-        } else {
-            Next::Ask(st.t + st.z)
-        }
+        onwards(st.t, st.r, st.t + st.z, range, tally)
     }
 }
 

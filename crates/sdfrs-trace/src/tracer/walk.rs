@@ -99,6 +99,18 @@ impl<T: Scalar> Tally<T> {
     }
 }
 
+/// On from a sample at `t` of radius `r` to one at `next`, unless the range or the budget ends first.
+#[inline]
+pub fn onwards<T: Scalar>(t: T, r: T, next: T, range: &Range<T>, tally: &Tally<T>) -> Next<T> {
+    if t + r >= range.t_max {
+        Next::Done(Status::Miss)
+    } else if tally.spent() {
+        Next::Done(Status::OutOfSteps)
+    } else {
+        Next::Ask(next)
+    }
+}
+
 /// The next sample's parameter, or the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next<T> {
