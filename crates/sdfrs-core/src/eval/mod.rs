@@ -1,4 +1,4 @@
-//! The evaluator: runs a tape over batches of points, 64 f32 or 32 f64 at a time.
+//! The evaluator: runs a tape over batches of points, 64 to 256 f32 or 32 to 128 f64 at a time.
 //!
 //! One text of every kernel, compiled for each instruction set and picked once; no fused multiply-add
 //! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
@@ -151,7 +151,7 @@ impl<T: Native> Program<T> {
 
     /// The same on an instruction set of one's choice; the bits don't depend on it.
     pub fn evaluate_on(&self, isa: Isa, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
-        T::values(isa, &self.tape, scratch, &Batch { p }, out);
+        T::values(isa, &self.tape, scratch, &p, out);
     }
 
     /// Values and gradients by dual numbers: `out` is value, d/dx, d/dy, d/dz.
@@ -161,7 +161,7 @@ impl<T: Native> Program<T> {
 
     /// The same on an instruction set of one's choice; the bits don't depend on it.
     pub fn gradient_on(&self, isa: Isa, scratch: &mut Scratch<T>, p: [&[T]; 3], mut out: [&mut [T]; 4]) {
-        T::gradients(isa, &self.tape, scratch, &Batch { p }, &mut out);
+        T::gradients(isa, &self.tape, scratch, &p, &mut out);
     }
 }
 

@@ -81,10 +81,8 @@ fn detect() -> Isa {
 /// One instruction over so many packs.
 type Step<R> = unsafe fn(&Ins, *const *mut R, usize, &Tables<<R as Real>::S>);
 
-/// What one call computes: points in, values and perhaps gradients out.
-pub struct Batch<'a, S> {
-    pub p: [&'a [S]; 3],
-}
+/// Points of one call, coordinate by coordinate.
+pub type Batch<'a, S> = [&'a [S]; 3];
 
 /// A worker's memory for one kind of number; grows to what the largest tape needs and is used again.
 pub struct Slots<R> {
@@ -150,7 +148,7 @@ unsafe fn values<L: Lanes>(
         // instruction writes an input's slot, so the caller's points are only read.
         unsafe {
             for axis in 0..INPUTS as usize {
-                let from = batch.p[axis].as_ptr().add(at);
+                let from = batch[axis].as_ptr().add(at);
                 if whole {
                     *place.add(axis) = from as *mut L;
                 } else {
@@ -201,7 +199,7 @@ unsafe fn gradients<L: Lanes>(
         unsafe {
             for axis in 0..INPUTS as usize {
                 for g in 0..packs {
-                    let v = L::load(&batch.p[axis][at + g * L::WIDTH..end]);
+                    let v = L::load(&batch[axis][at + g * L::WIDTH..end]);
                     // No instruction writes an input's slot: the derivatives stay from chunk to chunk.
                     if at == 0 {
                         (*place.add(axis)).add(g).write(Dual::variable(v, axis));
@@ -321,7 +319,7 @@ pub fn run_values<L: Lanes>(
     batch: &Batch<L::S>,
     out: &mut [L::S],
 ) {
-    assert!(batch.p.iter().all(|p| p.len() == out.len()), "points and values differ in number");
+    assert!(batch.iter().all(|p| p.len() == out.len()), "points and values differ in number");
     dispatch!(values, isa.min(best()), tape, memory, batch, out)
 }
 
@@ -336,7 +334,7 @@ pub fn run_gradients<L: Lanes>(
 ) {
     let n = out[0].len();
     assert!(
-        batch.p.iter().all(|p| p.len() == n) && out.iter().all(|o| o.len() == n),
+        batch.iter().all(|p| p.len() == n) && out.iter().all(|o| o.len() == n),
         "points and values differ in number"
     );
     dispatch!(gradients, isa.min(best()), tape, memory, batch, out)

@@ -217,11 +217,7 @@ impl<'a> Lower<'a, '_> {
                 let inside = self.graph.emit(Op::ElongateInside, &p, amount)?;
                 self.graph.emit(Op::Add, &[v[0], inside], &[])
             }
-            Kind::Expr(op) => {
-                let op =
-                    if matches!(op, Op::Length2 | Op::Length3) && v.len() == 2 { Op::Length2 } else { *op };
-                self.graph.emit(op, v, &[])
-            }
+            Kind::Expr(op) => self.graph.emit(meta::op_for(*op, v.len()), v, &[]),
             Kind::Const { value } => self.graph.emit(Op::Const, &[], &[*value]),
             Kind::Coordinate(axis) => Ok(at.coordinates(self.graph)?[*axis as usize]),
             kind => self.primitive(kind, &at, form),

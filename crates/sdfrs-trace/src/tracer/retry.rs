@@ -3,7 +3,7 @@
 
 use sdfrs_core::{Scalar, Status};
 
-use super::walk::{Next, Range, Sample, Tally, Walk};
+use super::walk::{Next, Range, Sample, Tally, Walk, onwards};
 
 /// The step length of a 2018 listing.
 pub trait Retry<T>: Sync {
@@ -53,13 +53,7 @@ impl<T: Scalar, R: Retry<T>> Walk<T> for Listing<R> {
             return if st.begun { tally.hit(s, range) } else { tally.hit_at_start(s, range) };
         }
         st.begun = true;
-        if st.t + st.r >= range.t_max {
-            return Next::Done(Status::Miss);
-        }
-        if tally.spent() {
-            return Next::Done(Status::OutOfSteps);
-        }
         st.d = self.0.length(st.r, st.before, st.d);
-        Next::Ask(st.t + st.d)
+        onwards(st.t, st.r, st.t + st.d, range, tally)
     }
 }

@@ -8,6 +8,7 @@ mod repeat;
 mod swing;
 
 pub use aabb::Aabb;
+pub use expr::op_for;
 pub use repeat::copies;
 
 use super::{Kind, Shape, value::Axis};
