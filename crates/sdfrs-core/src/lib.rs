@@ -7,6 +7,7 @@ pub mod error;
 pub mod eval;
 pub mod field;
 pub mod file;
+mod fuse;
 pub mod graph;
 pub mod grid;
 pub mod lane;

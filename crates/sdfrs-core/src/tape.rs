@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::{
+    fuse,
     graph::{Graph, INPUTS},
     grid::Grid,
     op::{Ins, Tables},
@@ -22,10 +23,21 @@ pub struct Tape<T> {
 }
 
 impl<T: Scalar> Tape<T> {
+    /// The program that runs fastest: pairs fused, instructions of one kind side by side.
     pub fn new(graph: &Graph) -> Self {
-        let order = order(graph);
+        let fused = fuse::fuse(graph);
+        let order = fuse::arrange(&fused, &order(&fused));
+        Self::in_order(&fused, &order)
+    }
+
+    /// The graph's ops one by one.
+    pub fn plain(graph: &Graph) -> Self {
+        Self::in_order(graph, &order(graph))
+    }
+
+    fn in_order(graph: &Graph, order: &[u32]) -> Self {
         let mut uses = vec![0u32; graph.nodes.len() + INPUTS as usize];
-        for &id in &order {
+        for &id in order {
             for operand in operands(graph, id) {
                 uses[*operand as usize] += 1;
             }
@@ -38,7 +50,7 @@ impl<T: Scalar> Tape<T> {
             slot_of[i as usize] = i;
         }
         let mut ins = Vec::with_capacity(order.len());
-        for &id in &order {
+        for &id in order {
             let node = graph.nodes[(id - INPUTS) as usize];
             let mut a = [0; 4];
             for (slot, &operand) in a.iter_mut().zip(operands(graph, id)) {
@@ -56,7 +68,12 @@ impl<T: Scalar> Tape<T> {
                 slots - 1
             });
             slot_of[id as usize] = d;
-            ins.push(Ins { op: node.op, d, a, k: node.k, n: node.n });
+            ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
+        }
+        for i in (1..ins.len()).rev() {
+            if ins[i - 1].op == ins[i].op {
+                ins[i - 1].run = ins[i].run.checked_add(1).unwrap_or(1);
+            }
         }
         let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
         let tape =
@@ -67,12 +84,18 @@ impl<T: Scalar> Tape<T> {
 
     /// The promise behind the evaluator's `unsafe`.
     fn check(&self) {
-        for i in &self.ins {
+        for (at, i) in self.ins.iter().enumerate() {
             let slots = i.a[..i.op.arity()].iter().chain([&i.d]).all(|s| *s < self.slots);
             let consts = (i.k as usize + i.n as usize) <= self.consts.len()
                 && i.op.constants().is_none_or(|n| n == i.n as usize);
             // Inputs may lie in the caller's slices: nothing is ever written there.
-            assert!(slots && consts && i.d >= INPUTS, "{i:?} leaves the program's memory");
+            // A run of n is followed by one of n - 1, so that none leaves the program.
+            let run = match i.run {
+                0 => false,
+                1 => true,
+                n => self.ins.get(at + 1).is_some_and(|next| next.op == i.op && next.run == n - 1),
+            };
+            assert!(slots && consts && run && i.d >= INPUTS, "{i:?} leaves the program's memory");
         }
         assert!(self.root < self.slots);
     }

@@ -176,7 +176,7 @@ impl<T: Native> Field<T> for Program<T> {
 /// Certified range of a shape's values over a box.
 #[allow(unsafe_code)]
 pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64), SceneError> {
-    let tape = Tape::<f64>::new(&Graph::new(shape, Form::Value)?);
+    let tape = Tape::<f64>::plain(&Graph::new(shape, Form::Value)?);
     let mut slots = vec![Iv::ALL; tape.slots()];
     for i in 0..3 {
         slots[i] = Iv::new(lo[i], hi[i]);
