@@ -1,0 +1,15 @@
+//! Signed distance fields on the GPU: devices, scenes as WGSL, and their evaluation.
+//!
+//! Data flows one way: `graph -> emit -> pipelines -> field`; twins of the CPU's rooms, with the shaders
+//! themselves in the crate `sdfrs-shaders`.
+
+mod adapters;
+pub mod buffers;
+pub mod device;
+pub mod error;
+pub mod pipelines;
+
+pub use adapters::{AdapterInfo, Kind, adapters};
+pub use device::{Choice, Device};
+pub use error::GpuError;
+pub use pipelines::{Binding, Pipeline, Pipelines};

@@ -1,0 +1,1 @@
+pub struct Linked; pub fn link(){}
