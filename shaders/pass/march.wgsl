@@ -67,7 +67,7 @@ fn look(ray: Ray, t: f32) -> Sample {
     let p = keep3(ray.origin + keep3(t * ray.direction));
     let r = keep(field(p));
     let scale = max(max(abs(t), abs(p.x)), max(abs(p.y), abs(p.z)));
-    let asked = larger(u.eps, keep(u.cone * t));
-    let e = select(asked, larger(asked, 4.0 * ULP * scale), u.guards != 0u);
+    let asked = op_max(u.eps, keep(u.cone * t));
+    let e = select(asked, op_max(asked, 4.0 * ULP * scale), u.guards != 0u);
     return Sample(t, r, e, asked, scale);
 }

@@ -25,7 +25,7 @@ fn shade_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     if status == HIT || status == OUT_OF_STEPS {
         let ray = ray_of(i);
         let p = keep3(ray.origin + keep3(tallies[i].t * ray.direction));
-        let n = unit_normal(field_gradient(p).yzw, ray.direction);
+        let n = unit_normal(field_gradient(p).xyz, ray.direction);
         shaded[i] = Shaded(n.x, n.y, n.z, lit(p, n));
     } else {
         shaded[i] = Shaded(0.0, 0.0, 0.0, select(u.background, INVALID_RGB, status == INVALID));

@@ -11,5 +11,5 @@ fn rule_slope(m: f32, seen: f32) -> f32 {
 }
 
 fn rule_next(r: f32, m: f32) -> f32 {
-    return keep(r * larger(1.0, 2.0 / keep(1.0 - m)));
+    return keep(r * op_max(1.0, 2.0 / keep(1.0 - m)));
 }

@@ -34,10 +34,10 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
         (*st).has_hit = 1u;
         (*st).hit = s;
         (*st).count = 0u;
-        (*st).end = keep(s.t + lesser(s.r, 0.0));
+        (*st).end = keep(s.t + op_min(s.r, 0.0));
         (*st).y = (*st).end;
         if (*st).end <= (*st).x {
-            return hit_at(lesser((*st).x, s.t), s, range, tally);
+            return hit_at(op_min((*st).x, s.t), s, range, tally);
         }
     } else {
         if (*st).count == u.depth {
@@ -56,7 +56,7 @@ fn close_gaps(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<func
     loop {
         let short = keep((*st).y - (*st).x) <= keep(s.e * 0.5);
         if (*st).has_hit != 0u && (*st).y == (*st).end && short {
-            return hit_at(lesser((*st).x, (*st).end), (*st).hit, range, tally);
+            return hit_at(op_min((*st).x, (*st).end), (*st).hit, range, tally);
         }
         if (*st).y > (*st).x {
             break;

@@ -6,9 +6,9 @@ fn learn(st: ptr<function, State>, s: Sample) -> Next {
         (*st).has_hit = 1u;
         (*st).hit = s;
         (*st).count = 0u;
-        (*st).end = keep(s.t + lesser(s.r, 0.0));
+        (*st).end = keep(s.t + op_min(s.r, 0.0));
         if (*st).end <= (*st).cur {
-            return Next(HIT, lesser((*st).cur, s.t));
+            return Next(HIT, op_min((*st).cur, s.t));
         }
         return Next(ASK, 0.0);
     }
@@ -22,7 +22,7 @@ fn learn(st: ptr<function, State>, s: Sample) -> Next {
     let reaches = high >= top_of(st);
     if reaches && (*st).count > 0u {
         let top = (*st).count - 1u;
-        stack_put(top, vec2<f32>(low, larger(stack_get(top).y, high)));
+        stack_put(top, vec2<f32>(low, op_max(stack_get(top).y, high)));
         return Next(ASK, 0.0);
     }
     if reaches && (*st).has_hit != 0u {
@@ -46,12 +46,12 @@ fn close(st: ptr<function, State>, half_e: f32) -> Next {
         }
         if (*st).count == 0u {
             if (*st).has_hit != 0u {
-                return Next(HIT, lesser((*st).cur, (*st).end));
+                return Next(HIT, op_min((*st).cur, (*st).end));
             }
             return done(MISS);
         }
         (*st).count -= 1u;
-        (*st).cur = larger((*st).cur, stack_get((*st).count).y);
+        (*st).cur = op_max((*st).cur, stack_get((*st).count).y);
         if (*st).cur >= (*st).end && (*st).has_hit == 0u {
             return done(MISS);
         }

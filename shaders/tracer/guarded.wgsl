@@ -55,7 +55,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
         (*st).phase = REFINING;
         return cross_over(&(*st).bracket, (*st).t, (*st).r, s, tally);
     }
-    let seen = lesser(larger(keep(s.r - (*st).r) / dz, -1.0), 0.9);
+    let seen = op_min(op_max(keep(s.r - (*st).r) / dz, -1.0), 0.9);
     (*st).m = rule_slope((*st).m, seen);
     (*st).t = s.t;
     (*st).r = s.r;
@@ -85,7 +85,7 @@ fn begin(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<function,
 }
 
 fn advance(st: ptr<function, State>, range: Range, tally: ptr<function, Tally>) -> Next {
-    return onwards((*st).t, (*st).r, lesser(keep((*st).t + (*st).z), range.t_max), range, tally);
+    return onwards((*st).t, (*st).r, op_min(keep((*st).t + (*st).z), range.t_max), range, tally);
 }
 
 fn fall_back(st: ptr<function, State>, range: Range, tally: ptr<function, Tally>) -> Next {
