@@ -253,10 +253,12 @@ def gallery(_: argparse.Namespace, rest: list[str]) -> None:
 
 
 def bench(options: argparse.Namespace, rest: list[str]) -> None:
-    """speed against fidget and scalar loops as the table of docs/performance.md; --criterion times at length"""
+    """speed against peers as the table of docs/performance.md; --criterion times at length; --gpu for docs/gpu.md's"""
     need_cargo()
     peers = ("--manifest-path", "benches/Cargo.toml")
-    if options.criterion:
+    if options.gpu:
+        run("cargo", "run", "-q", *peers, "--bin", "gpu", "--", *rest)
+    elif options.criterion:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:
         run("cargo", "run", "-q", *peers, "--bin", "ratios", "--", *rest)
@@ -296,6 +298,7 @@ def main() -> None:
         if name == "demo":
             sub.add_argument("--quick", action="store_true", help="320x180 instead of 1280x720")
         if name == "bench":
+            sub.add_argument("--gpu", action="store_true", help="tracers on the GPU, relative to enhanced")
             sub.add_argument("--criterion", action="store_true", help="the criterion groups instead of the table")
     options, rest = parser.parse_known_args()
     if options.command is None:
