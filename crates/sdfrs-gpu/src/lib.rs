@@ -6,10 +6,17 @@
 mod adapters;
 pub mod buffers;
 pub mod device;
+pub mod emit;
 pub mod error;
+pub mod field;
+pub mod pace;
 pub mod pipelines;
+pub mod scene;
 
 pub use adapters::{AdapterInfo, Kind, adapters};
 pub use device::{Choice, Device};
+pub use emit::{Emitted, emit};
 pub use error::GpuError;
+pub use field::GpuField;
 pub use pipelines::{Binding, Pipeline, Pipelines};
+pub use scene::Scene;
