@@ -69,17 +69,7 @@ modules! {
 /// is the pass's to declare.
 pub fn ops(strict: bool) -> [&'static str; 10] {
     let keep = if strict { STRICT } else { PLAIN };
-    let all = [
-        MEMORY,
-        keep,
-        MATH,
-        SCALAR,
-        SOLID,
-        TABLE,
-        TEXTURE,
-        GRADIENT_SCALAR,
-        GRADIENT_SOLID,
-        GRADIENT_TABLE,
-    ];
+    let all =
+        [MEMORY, keep, MATH, SCALAR, SOLID, TABLE, TEXTURE, GRADIENT_SCALAR, GRADIENT_SOLID, GRADIENT_TABLE];
     all.map(|module| module.text)
 }

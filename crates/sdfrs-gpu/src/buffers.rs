@@ -49,7 +49,8 @@ const PORTION: usize = 64 << 20;
 pub fn write(device: &Device, buffer: &wgpu::Buffer, offset: u64, data: &[u8]) -> Result<(), GpuError> {
     let mut at = offset;
     for portion in data.chunks(PORTION) {
-        device.scoped("an upload", portion.len() as u64, || device.queue().write_buffer(buffer, at, portion))?;
+        device
+            .scoped("an upload", portion.len() as u64, || device.queue().write_buffer(buffer, at, portion))?;
         at += portion.len() as u64;
         if data.len() > PORTION {
             // Hands the portion over before the next is copied.

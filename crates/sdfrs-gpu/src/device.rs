@@ -15,6 +15,7 @@ use crate::{
     adapters::{self, AdapterInfo, Kind},
     error::GpuError,
     pipelines::Pipelines,
+    scene::Grids,
 };
 
 /// Which GPU to use.
@@ -58,6 +59,7 @@ pub struct Device {
     /// What the driver last complained of outside a scope, and why the device is gone once it is.
     lost: Arc<Mutex<Option<String>>>,
     pipelines: Pipelines,
+    grids: Grids,
 }
 
 impl fmt::Debug for Device {
@@ -116,7 +118,7 @@ impl Device {
         raw.set_device_lost_callback(move |reason, message| note(&on_loss, format!("{reason:?}: {message}")));
         // Without a handler an error outside a scope would end the process.
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&on_error, error.to_string())));
-        Ok(Self { raw, queue, info, limits, lost, pipelines: Pipelines::new() })
+        Ok(Self { raw, queue, info, limits, lost, pipelines: Pipelines::new(), grids: Grids::default() })
     }
 
     pub fn raw(&self) -> &wgpu::Device {
@@ -133,6 +135,9 @@ impl Device {
     }
     pub fn pipelines(&self) -> &Pipelines {
         &self.pipelines
+    }
+    pub(crate) fn grids(&self) -> &Grids {
+        &self.grids
     }
     /// A driver that runs shaders on the processor.
     pub fn is_software(&self) -> bool {
@@ -182,7 +187,8 @@ impl Device {
     pub fn wait(&self, submission: wgpu::SubmissionIndex, control: &Control) -> Result<(), GpuError> {
         let start = Instant::now();
         loop {
-            let poll = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(GLANCE) };
+            let poll =
+                wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(GLANCE) };
             let polled = self.raw.poll(poll);
             self.check()?;
             match polled {
