@@ -22,46 +22,45 @@ struct Bracket {
     tries: u32,
 }
 
-fn cross_over(b: ptr<function, Bracket>, t: f32, r: f32, s: Sample, tally: ptr<function, Tally>) -> Next {
+fn cross_over(st: ptr<function, State>, s: Sample, tally: ptr<function, Tally>) -> Next {
     let aim = keep(s.e * 0.5);
-    (*b) = Bracket(t, s.t, aim, keep(r - aim), keep(s.r - aim), r, 0u, 0u);
-    return next_in(b, tally);
+    let fa = keep((*st).r - aim);
+    (*st).bracket = Bracket((*st).t, s.t, aim, fa, keep(s.r - aim), (*st).r, 0u, 0u);
+    return next_in((*st).bracket, tally);
 }
 
-fn next_in(b: ptr<function, Bracket>, tally: ptr<function, Tally>) -> Next {
-    let guess = keep(keep((*b).a * (*b).fb) - keep((*b).b * (*b).fa)) / keep((*b).fb - (*b).fa);
-    if spent(tally) || (*b).tries == REFINEMENTS || !(guess > (*b).a && guess < (*b).b) {
-        stand(tally, (*b).a, (*b).r);
+fn next_in(b: Bracket, tally: ptr<function, Tally>) -> Next {
+    let guess = keep(keep(b.a * b.fb) - keep(b.b * b.fa)) / keep(b.fb - b.fa);
+    if spent(tally) || b.tries == REFINEMENTS || !(guess > b.a && guess < b.b) {
+        stand(tally, b.a, b.r);
         return done(HIT);
     }
     return Next(ASK, guess);
 }
 
-fn refine(b: ptr<function, Bracket>, s: Sample, tally: ptr<function, Tally>) -> Next {
-    (*b).tries += 1u;
+fn refine(st: ptr<function, State>, s: Sample, tally: ptr<function, Tally>) -> Next {
+    var b = (*st).bracket;
+    b.tries += 1u;
     if s.r >= 0.0 && s.r <= s.e {
         stand(tally, s.t, s.r);
         return done(HIT);
     }
-    let f = keep(s.r - (*b).aim);
+    let f = keep(s.r - b.aim);
     if f > 0.0 {
-        (*b).a = s.t;
-        (*b).fa = f;
-        (*b).r = s.r;
-        if (*b).moved == MOVED_A {
-            (*b).fb = (*b).fb * 0.5;
-        }
-        (*b).moved = MOVED_A;
+        b.a = s.t;
+        b.fa = f;
+        b.r = s.r;
+        b.fb = select(b.fb, b.fb * 0.5, b.moved == MOVED_A);
+        b.moved = MOVED_A;
     } else if f <= 0.0 {
-        (*b).b = s.t;
-        (*b).fb = f;
-        if (*b).moved == MOVED_B {
-            (*b).fa = (*b).fa * 0.5;
-        }
-        (*b).moved = MOVED_B;
+        b.b = s.t;
+        b.fb = f;
+        b.fa = select(b.fa, b.fa * 0.5, b.moved == MOVED_B);
+        b.moved = MOVED_B;
     } else {
-        stand(tally, (*b).a, (*b).r);
+        stand(tally, b.a, b.r);
         return done(HIT);
     }
+    (*st).bracket = b;
     return next_in(b, tally);
 }

@@ -34,7 +34,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
         return begin(st, s, range, tally);
     }
     if (*st).phase == REFINING {
-        return refine(&(*st).bracket, s, tally);
+        return refine(st, s, tally);
     }
     let dz = keep(s.t - (*st).t);
     let basic = !((*st).z > (*st).r);
@@ -53,7 +53,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
     if s.r < -s.e {
         flag(tally, FLAG_CROSSING);
         (*st).phase = REFINING;
-        return cross_over(&(*st).bracket, (*st).t, (*st).r, s, tally);
+        return cross_over(st, s, tally);
     }
     let seen = op_min(op_max(keep(s.r - (*st).r) / dz, -1.0), 0.9);
     (*st).m = rule_slope((*st).m, seen);

@@ -20,9 +20,9 @@ use crate::{
     dispatch::{Course, Dispatcher, Ready, tell},
     emit::{self, Emitted},
     error::GpuError,
-    share::Shares,
     pipelines::{self, Binding, SCENE},
     scene::Scene,
+    share::Shares,
     tracer::{self, Parts},
 };
 

@@ -83,8 +83,7 @@ pub fn render(
     let view = View::new(what.camera, tracer, t_max, settings.strict)?;
     let scene = Compiled::new(device, what.shape, settings)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let mut shader =
-        Shader::new(device, &scene, march::source(&view.source()), what.lights, &what.surface)?;
+    let mut shader = Shader::new(device, &scene, march::source(&view.source()), what.lights, &what.surface)?;
     let mut normals = vec![[0f32; 3]; view.pixels];
     let mut rgb = vec![[0u8; 3]; view.pixels];
     let mut shade_seconds = 0.0;

@@ -12,8 +12,8 @@ use crate::{
     dispatch::{Dispatcher, Ready, tell},
     error::GpuError,
     march::{Compiled, Traced},
-    share::{Share, Shares},
     pipelines::Binding,
+    share::{Share, Shares},
 };
 
 /// What the pass sees in group 0, in order: Params, rays, tallies, lights, shaded.

@@ -66,7 +66,9 @@ pub fn parts_of(tracer: &Tracer) -> Parts {
         Tracer::Basic { guards: true } => parts(guarded!("tracer/basic"), 0.0, 56),
         Tracer::Basic { guards: false } => parts(letter!("tracer/letter/basic"), 0.0, 16),
         Tracer::Relaxed { omega, guards: true, .. } => parts(guarded!("tracer/relaxed"), omega, 56),
-        Tracer::Relaxed { omega, form: Form::Y2023, .. } => parts(letter!("tracer/letter/relaxed"), omega, 20),
+        Tracer::Relaxed { omega, form: Form::Y2023, .. } => {
+            parts(letter!("tracer/letter/relaxed"), omega, 20)
+        }
         Tracer::Relaxed { omega, form: Form::Y2018, .. } => {
             parts(letter!("tracer/letter/relaxed_2018", "tracer/letter/retry"), omega, 28)
         }
@@ -78,9 +80,7 @@ pub fn parts_of(tracer: &Tracer) -> Parts {
             parts(letter!("tracer/letter/enhanced_2018", "tracer/letter/retry"), omega, 28)
         }
         Tracer::AutoRelaxed { beta, guards: true } => parts(guarded!("tracer/auto_relaxed"), beta, 56),
-        Tracer::AutoRelaxed { beta, guards: false } => {
-            parts(letter!("tracer/letter/auto_relaxed"), beta, 24)
-        }
+        Tracer::AutoRelaxed { beta, guards: false } => parts(letter!("tracer/letter/auto_relaxed"), beta, 24),
         Tracer::BinarySearch { form, max_level, guards } => search(form, max_level, guards),
         Tracer::CoverageSearch { .. } => {
             let modules =
@@ -97,8 +97,7 @@ fn search(form: SearchForm, max_level: u32, guards: bool) -> Parts {
             Parts { max_level, ..parts(modules, 0.0, 24) }
         }
         (SearchForm::Stack, _) => {
-            let modules =
-                &["tracer/stack", "tracer/search", "tracer/binary_halves", "tracer/binary_stack"];
+            let modules = &["tracer/stack", "tracer/search", "tracer/binary_halves", "tracer/binary_stack"];
             let stack = if guards { Stack::Halvings } else { Stack::Steps };
             Parts { stack, ..parts(modules, 0.0, 16) }
         }

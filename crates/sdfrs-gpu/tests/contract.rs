@@ -16,10 +16,15 @@ use sdfrs_gpu::{
 };
 
 fn parse(text: &str, name: &str) -> naga::Module {
-    let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let module =
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
     let (flags, none) = (naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
     let checked = naga::valid::Validator::new(flags, none).validate(&module);
-    checked.unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let checked = checked.unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    // What is valid may still be more than the back end can write.
+    let options = naga::back::spv::Options::default();
+    let written = naga::back::spv::write_vec(&module, &checked, &options, None);
+    assert!(written.unwrap_or_else(|e| panic!("{name}: {e}")).len() > 100);
     module
 }
 

@@ -20,12 +20,12 @@ fn fields() -> Vec<(&'static str, Shape)> {
     let ball = build("sphere", &[("radius", num(0.9))], &[]);
     let cube = build("box", &[("size", vec3(1.1, 1.3, 0.9))], &[]);
     let bore = build("cylinder", &[("radius", num(0.35)), ("height", num(3.0))], &[]);
-    let ground =
-        build("plane", &[("normal", vec3(0.0, 1.0, 0.0)), ("point", vec3(0.0, -0.8, 0.0))], &[]);
+    let ground = build("plane", &[("normal", vec3(0.0, 1.0, 0.0)), ("point", vec3(0.0, -0.8, 0.0))], &[]);
     let ring = build("torus", &[("major", num(0.9)), ("minor", num(0.2))], &[]);
     let csg = build("difference", &[("k", num(0.0))], &[&cube, &bore]);
     let csg = build("union", &[("k", num(0.0))], &[&csg, &moved(&ring, 0.2, -0.3, 0.1), &ground]);
-    let soft = build("union", &[("k", num(0.25))], &[&moved(&ball, 0.5, 0.0, 0.0), &moved(&cube, -0.6, 0.2, 0.0)]);
+    let soft =
+        build("union", &[("k", num(0.25))], &[&moved(&ball, 0.5, 0.0, 0.0), &moved(&cube, -0.6, 0.2, 0.0)]);
     // Half as steep as it is: safe steps cross the surface.
     let steep = build("with_lipschitz", &[("lipschitz", num(0.5))], &[&ball]);
     vec![("csg", csg), ("soft", soft), ("steep", steep)]
@@ -69,7 +69,7 @@ fn a_grown_scene_differs() {
     let tracer = Tracer::Basic { guards: true };
     let (gpu, _) = batch.gpu(&device, &grown, &tracer, &LIMITS, true);
     assert!(different(&batch.cpu(&ball, &tracer, &LIMITS), &gpu).len() > 200);
-    assert_eq!(different(&batch.cpu(&grown, &tracer, &LIMITS), &gpu), []);
+    assert!(different(&batch.cpu(&grown, &tracer, &LIMITS), &gpu).is_empty());
 }
 
 /// Cones, budgets, ranges away from 0 and far away, thresholds below an ulp.
@@ -113,7 +113,8 @@ fn dispatches_are_short() {
     let Some(device) = common::device() else { return };
     let (_, csg) = fields().swap_remove(0);
     let batch = Batch::new(&camera(320, 240), 0.0, 30.0);
-    let (_, course) = batch.gpu(&device, &csg, &Tracer::AutoRelaxed { beta: 0.3, guards: true }, &LIMITS, false);
+    let (_, course) =
+        batch.gpu(&device, &csg, &Tracer::AutoRelaxed { beta: 0.3, guards: true }, &LIMITS, false);
     // 100 ms is the aim; a loaded machine may stall anything for longer.
     assert!(course.longest < Duration::from_millis(400) && course.passes > 1, "{course:?}");
 }
@@ -129,7 +130,7 @@ fn a_cancelled_march_stops() {
     let stopped = march::trace(&device, &csg, &tracer, &batch.rays(), &LIMITS, Settings::default(), &control);
     assert_eq!(stopped.unwrap_err(), GpuError::Cancelled);
     let (hits, _) = batch.gpu(&device, &csg, &tracer, &LIMITS, true);
-    assert_eq!(different(&batch.cpu(&csg, &tracer, &LIMITS), &hits), []);
+    assert!(different(&batch.cpu(&csg, &tracer, &LIMITS), &hits).is_empty());
 }
 
 #[test]

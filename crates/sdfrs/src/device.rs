@@ -204,8 +204,7 @@ impl Number for f32 {
         let cpu = || cpu_trace(shape, tracer, rays, limits, control);
         #[cfg(feature = "gpu")]
         let gpu = |device: &gpu::Device, settings| {
-            let (hits, course) =
-                gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
+            let (hits, course) = gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
             let summary = gpu::render::summarise(shape, &hits, course.walked)?;
             Ok((hits, summary))
         };
@@ -224,7 +223,8 @@ impl Number for f32 {
         let cpu = || render::trace_camera(shape, camera, tracer, limits, t_max, control);
         #[cfg(feature = "gpu")]
         let gpu = |device: &gpu::Device, settings| {
-            let (hits, summary, _) = gpu::render::trace_camera(device, shape, camera, walk, settings, control)?;
+            let (hits, summary, _) =
+                gpu::render::trace_camera(device, shape, camera, walk, settings, control)?;
             Ok((hits, summary))
         };
         let ((hits, summary), used) = either!(on, camera.pixels(), cpu, gpu);
@@ -288,9 +288,12 @@ fn choose<R>(
     };
     let asked = match on.device {
         Choice::Cpu => return Ok((cpu()?, Used::cpu("asked for"))),
-        Choice::Auto if rays < FEW => return Ok((cpu()?, Used::cpu("few rays, the way to a GPU costs more"))),
+        Choice::Auto if rays < FEW => {
+            return Ok((cpu()?, Used::cpu("few rays, the way to a GPU costs more")));
+        }
         Choice::Auto => {
-            let done = Device::request(gpu::Choice::Auto).and_then(|device| run(device, "the first real GPU"));
+            let done =
+                Device::request(gpu::Choice::Auto).and_then(|device| run(device, "the first real GPU"));
             return match done {
                 Err(GpuError::Scene(e)) => Err(e.into()),
                 Err(GpuError::Cancelled) => Err(TraceError::Cancelled.into()),
@@ -375,7 +378,9 @@ mod tests {
 
     #[test]
     fn f64_stays_on_the_cpu() {
-        assert!(only_cpu(Choice::Cpu).is_ok() && only_cpu(Choice::Auto).is_ok_and(|u| u.words.contains("f64")));
+        assert!(
+            only_cpu(Choice::Cpu).is_ok() && only_cpu(Choice::Auto).is_ok_and(|u| u.words.contains("f64"))
+        );
         assert!(only_cpu(Choice::Gpu(None)).unwrap_err().to_string().contains("f32"));
     }
 }
