@@ -29,13 +29,20 @@ fn locate(x: f32, y: f32, z: f32, g: u32) -> Cell {
 
 fn mix_(a: f32, b: f32, f: f32) -> f32 { return keep(a + keep(f * keep(b - a))); }
 
+// The half float in the low 16 bits; by integers, since small ones would pass through denormals.
+fn half_float(bits: u32) -> f32 {
+    let tiny = f32(bits & 0x3ffu) * 5.9604644775390625e-8;
+    let normal = bitcast<f32>(((bits & 0x7fffu) << 13u) + 0x38000000u);
+    let v = select(normal, tiny, (bits & 0x7c00u) == 0u);
+    return bitcast<f32>(bitcast<u32>(v) | ((bits & 0x8000u) << 16u));
+}
+
 // Words of a header: 0 nodes along x, y, z; 3 first word of the values; 4 lo; 7 hi; 10 spacing; 13 divisor and
 // subtrahend of the safe step; 15 whether two half floats share a word.
 fn node(g: u32, i: u32) -> f32 {
     let first = grids[g + 3u];
     if grids[g + 15u] == 1u {
-        let pair = unpack2x16float(grids[first + (i >> 1u)]);
-        return select(pair.x, pair.y, (i & 1u) == 1u);
+        return half_float(grids[first + (i >> 1u)] >> (16u * (i & 1u)));
     }
     return bitcast<f32>(grids[first + i]);
 }

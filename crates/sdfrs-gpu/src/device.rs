@@ -179,7 +179,12 @@ impl Device {
         for scope in scopes.into_iter().rev() {
             first = pollster::block_on(scope.pop()).or(first);
         }
-        // A lost device complains about everything; the loss is the reason to report.
+        if first.is_some() {
+            // A lost device makes invalid objects without a word and complains of them later. The loss is
+            // the reason to report; the driver's word of it comes by polling.
+            let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+            let _ = self.raw.poll(wgpu::PollType::Poll);
+        }
         self.check()?;
         match first {
             None => Ok(value),

@@ -61,12 +61,17 @@ impl Emitted {
 
 /// Emits a scene.
 pub fn emit(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
+    emit_in_parts(graph, strict, PART)
+}
+
+/// Emits a scene as functions of `part` ops at most; the values don't depend on it.
+pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted, GpuError> {
     let order = needed(graph);
     if order.len() > MAX_OPS {
         let what = "operations of a scene compiled into a shader".into();
         return Err(GpuError::Limits { what, asked: order.len() as u64, allowed: MAX_OPS as u64 });
     }
-    let text = text::scene(graph, &order);
+    let text = text::scene(graph, &order, part.max(1));
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
     Ok(Emitted {

@@ -51,7 +51,11 @@ impl GpuField {
 
     /// Any form of the field; `strict` keeps every operation as rounded.
     pub fn with(device: &Arc<Device>, shape: &Shape, form: Form, strict: bool) -> Result<Self, GpuError> {
-        let emitted = emit::emit(&Graph::new(shape, form)?, strict)?;
+        Self::of(device, emit::emit(&Graph::new(shape, form)?, strict)?)
+    }
+
+    /// A scene that was emitted already.
+    pub fn of(device: &Arc<Device>, emitted: Emitted) -> Result<Self, GpuError> {
         let scene = Scene::new(device, &emitted)?;
         Ok(Self { device: device.clone(), emitted, scene })
     }
@@ -105,10 +109,15 @@ impl GpuField {
         Ok(())
     }
 
+    /// The compiled shader of an entry point: `evaluate` or `evaluate_gradient`.
+    pub fn pipeline(&self, entry: &str) -> Result<Arc<Pipeline>, GpuError> {
+        let text = self.emitted.link(&[sdfrs_shaders::EVALUATE.text], entry)?;
+        self.device.pipelines().get(&self.device, &text, entry, &[&PASS, &SCENE])
+    }
+
     fn batch(&self, entry: &str, most: u64, width: u64) -> Result<Batch, GpuError> {
         let device = &*self.device;
-        let text = self.emitted.link(&[sdfrs_shaders::EVALUATE.text], entry)?;
-        let pipeline = device.pipelines().get(device, &text, entry, &[&PASS, &SCENE])?;
+        let pipeline = self.pipeline(entry)?;
         let params = buffers::make(device, "parameters", 16, Use::Uniform)?;
         let points = buffers::make(device, "points", 12 * most, Use::Storage)?;
         let values = buffers::make(device, "values", 4 * width * most, Use::Storage)?;

@@ -7,7 +7,6 @@ use sdfrs_core::{
     op::Op,
 };
 
-use super::PART;
 use crate::scene::HEADER;
 
 /// What a value is: a number, or a number with its gradient.
@@ -32,11 +31,12 @@ const GRADIENT: Flavour = Flavour {
 };
 
 /// `field` and `field_gradient`.
-pub fn scene(graph: &Graph, order: &[u32]) -> String {
-    let shared = shared(graph, order);
+pub fn scene(graph: &Graph, order: &[u32], part: usize) -> String {
+    let parts: Vec<&[u32]> = order.chunks(part).collect();
+    let shared = shared(graph, &parts);
     let mut out = String::new();
     for flavour in [VALUE, GRADIENT] {
-        write_scene(&mut out, graph, order, &shared, flavour);
+        write_scene(&mut out, graph, &parts, &shared, flavour);
     }
     out
 }
@@ -44,10 +44,12 @@ pub fn scene(graph: &Graph, order: &[u32]) -> String {
 /// Values that a later part reads, with the variable that carries them.
 ///
 /// A variable is given away again once the last part that reads it is through.
-fn shared(graph: &Graph, order: &[u32]) -> HashMap<u32, u32> {
-    let part_of: HashMap<u32, usize> = order.iter().enumerate().map(|(i, id)| (*id, i / PART)).collect();
+fn shared(graph: &Graph, parts: &[&[u32]]) -> HashMap<u32, u32> {
+    let order = || parts.iter().copied().flatten();
+    let part_of: HashMap<u32, usize> =
+        parts.iter().enumerate().flat_map(|(i, part)| part.iter().map(move |id| (*id, i))).collect();
     let mut last_read: HashMap<u32, usize> = HashMap::new();
-    for id in order {
+    for id in order() {
         for operand in operands(graph, *id).iter().filter(|operand| **operand >= INPUTS) {
             last_read.insert(*operand, part_of[id]);
         }
@@ -55,7 +57,7 @@ fn shared(graph: &Graph, order: &[u32]) -> HashMap<u32, u32> {
     let (mut slots, mut next) = (HashMap::new(), 0);
     // Variables by the part after which they are free.
     let mut busy: Vec<(usize, u32)> = Vec::new();
-    for id in order {
+    for id in order() {
         let (made, read) = (part_of[id], last_read.get(id).copied().unwrap_or(0));
         if read <= made {
             continue;
@@ -78,13 +80,18 @@ fn operands(graph: &Graph, id: u32) -> &[u32] {
 }
 
 // Writing to a string cannot fail.
-fn write_scene(out: &mut String, graph: &Graph, order: &[u32], shared: &HashMap<u32, u32>, flavour: Flavour) {
+fn write_scene(
+    out: &mut String,
+    graph: &Graph,
+    parts: &[&[u32]],
+    shared: &HashMap<u32, u32>,
+    flavour: Flavour,
+) {
     let Flavour { ty, function, .. } = flavour;
     let variables = shared.values().max().map_or(0, |most| most + 1);
     for slot in 0..variables {
         let _ = writeln!(out, "var<private> {function}_s{slot}: {ty};");
     }
-    let parts: Vec<&[u32]> = order.chunks(PART).collect();
     for (i, part) in parts.iter().enumerate() {
         let last = i + 1 == parts.len();
         let _ = if last {

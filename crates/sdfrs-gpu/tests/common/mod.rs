@@ -52,6 +52,14 @@ pub fn values(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
     out
 }
 
+/// What a tracer walks, on the CPU.
+pub fn walk(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
+    let (p, mut out) = (columns(points), vec![0.0; points.len()]);
+    let program = Program::<f32>::for_tracing(shape).unwrap();
+    program.evaluate(&mut Scratch::new(), [&p[0], &p[1], &p[2]], &mut out);
+    out
+}
+
 /// The CPU's f32 gradients and values.
 pub fn gradients(shape: &Shape, points: &[[f32; 3]]) -> Vec<[f32; 4]> {
     let p = columns(points);
