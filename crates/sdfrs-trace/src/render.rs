@@ -64,15 +64,15 @@ impl<T> Picture<T> {
 }
 
 /// The rays of a camera, each made when it is asked for.
-struct CameraRays<T> {
-    frame: Frame,
+pub struct CameraRays<T> {
+    pub frame: Frame,
     count: usize,
     t_max: T,
 }
 
 impl<T: Native> CameraRays<T> {
     /// Refuses cameras whose picture this machine can't hold, or whose rays this precision can't.
-    fn new(camera: &Camera, tracer: &Tracer, t_max: f64) -> Result<Self, TraceError> {
+    pub fn new(camera: &Camera, tracer: &Tracer, t_max: f64) -> Result<Self, TraceError> {
         let frame = camera.frame()?;
         budget::check_image(camera.width.into(), camera.height.into())?;
         let t_max = T::of(t_max);
