@@ -82,6 +82,10 @@ def _parser() -> argparse.ArgumentParser:
     common.add_argument("--t-max", type=float, default=100.0, help="end of the rays, world units (default 100)")
     common.add_argument("--precision", choices=("f32", "f64"), default="f32")
     common.add_argument("--device", default="auto", help="auto (a real GPU, else the CPU), cpu, gpu or gpu:N")
+    common.add_argument(
+        "--prune", choices=("auto", "off", "exact", "skip"), default="auto",
+        help="on the CPU: shorten programs place by place (auto: exact where rays are measured, skip in pictures)",
+    )  # fmt: skip
     common.add_argument("--strict", action="store_true", help="on a GPU: keep every rounding, for the CPU's bits")
     common.add_argument("--size", type=_size, metavar="WxH", help="pixels (default: the scene's camera)")
     common.add_argument("--threads", type=int, help="0: SDFRS_THREADS, else all cores (default)")
@@ -106,7 +110,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _settings(args: argparse.Namespace) -> dict[str, Any]:
-    names = ("eps", "cone", "max_steps", "t_max", "precision", "device", "strict")
+    names = ("eps", "cone", "max_steps", "t_max", "precision", "device", "prune", "strict")
     # tqdm and the plain line both hide from files and pipes that only want the result.
     show = not args.quiet and sys.stderr.isatty()
     return {**{name: getattr(args, name) for name in names}, "progress": True if show else None}

@@ -204,8 +204,9 @@ impl Number for f32 {
         let cpu = || cpu_trace(shape, tracer, rays, limits, control);
         #[cfg(feature = "gpu")]
         let gpu = |device: &gpu::Device, settings| {
-            let (hits, course) = gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
-            let summary = gpu::render::summarise(shape, &hits, course.walked)?;
+            let (mut hits, course) =
+                gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
+            let summary = gpu::render::summarise(shape, &mut hits, course.walked)?;
             Ok((hits, summary))
         };
         let ((hits, summary), used) = either!(on, rays.origins.len() as u64, cpu, gpu);
@@ -258,8 +259,7 @@ fn cpu_trace<T: eval::Native>(
     let start = std::time::Instant::now();
     let hits = march::trace(&program, tracer, rays, limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
-    let nodes = program.tape().instructions().len() as u64;
-    let summary = Summary::of(&hits, seconds, shape.lipschitz(), nodes);
+    let summary = Summary::of(&hits, seconds, shape.lipschitz());
     Ok((hits, summary))
 }
 
