@@ -8,12 +8,17 @@
 //! (`tests/signs.rs`). A mesh turned inside out, closed, is the one exception: its sign is that of its normals, so that
 //! the space around it is solid, and `why` says so.
 
+mod fast;
 mod pseudo;
 mod solid;
+mod tree;
+mod winding;
 
 use crate::MeshError;
 use crate::check::{Checked, Findings};
 use pseudo::Pseudo;
+use std::sync::OnceLock;
+use winding::Winding;
 
 /// How a node's sign is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -61,13 +66,15 @@ pub struct Signs<'m> {
     method: Method,
     why: String,
     pseudo: Option<Pseudo>,
+    /// Made when it is first asked for.
+    winding: OnceLock<Winding>,
 }
 
 impl<'m> Signs<'m> {
     pub fn new(mesh: &'m Checked, findings: &Findings, rule: SignRule) -> Result<Self, MeshError> {
         let (method, why) = choose(findings, rule);
         let pseudo = (method == Method::Pseudonormal).then(|| Pseudo::new(mesh));
-        Ok(Self { mesh, method, why, pseudo })
+        Ok(Self { mesh, method, why, pseudo, winding: OnceLock::new() })
     }
 
     pub fn method(&self) -> Method {
@@ -84,14 +91,19 @@ impl<'m> Signs<'m> {
         match (&self.pseudo, self.method) {
             (Some(pseudo), _) => pseudo.inside(self.mesh, p, nearest.face),
             (None, Method::Unsigned) => false,
-            (None, _) => self.winding(p) > 0.5,
+            (None, _) => {
+                let mut out = [false];
+                self.inside_many(&[p], &mut out);
+                out[0]
+            }
         }
     }
 
-    /// Whether each of `points` is inside, for those who know no nearest face; neighbours next to each other are fastest.
+    /// Whether each of `points` is inside, for those who know no nearest face.
     pub fn inside_many(&self, points: &[[f64; 3]], out: &mut [bool]) {
-        for (p, out) in points.iter().zip(out) {
-            *out = self.method != Method::Unsigned && self.winding(*p) > 0.5;
+        match self.method {
+            Method::Unsigned => out.fill(false),
+            _ => self.fast().inside_many(self.mesh, points, out),
         }
     }
 
@@ -102,7 +114,18 @@ impl<'m> Signs<'m> {
 
     /// How sure the winding number is: 1 where it is at most 0 or at least 1, 0 where it is 1/2.
     pub fn confidence(&self, p: [f64; 3]) -> f64 {
-        (2.0 * self.winding(p) - 1.0).abs().min(1.0)
+        let mut out = [0.0];
+        self.confidence_many(&[p], &mut out);
+        out[0]
+    }
+
+    /// `confidence` of each of `points`.
+    pub fn confidence_many(&self, points: &[[f64; 3]], out: &mut [f64]) {
+        self.fast().confidence_many(self.mesh, points, out);
+    }
+
+    fn fast(&self) -> &Winding {
+        self.winding.get_or_init(|| Winding::new(self.mesh))
     }
 }
 
