@@ -56,7 +56,7 @@ impl Triangles {
             Err(_) => counts.extract::<PyReadonlyArray1<'_, u32>>()?.as_array().to_vec(),
         };
         call::long(py, &Progress::none(), move |_| {
-            let mesh = sdfrs::texture::of_polygons(vertices, &corners, &counts)?;
+            let mesh = sdfrs::polygons::of_polygons(vertices, &corners, &counts)?;
             Ok(Self { mesh })
         })
     }

@@ -21,6 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod polygons;
 pub mod scene;
 pub mod texture;
 
