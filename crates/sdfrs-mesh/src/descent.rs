@@ -65,7 +65,7 @@ pub struct Descent<'a> {
     pub grid: &'a Grid,
     pub kernels: Kernels,
     /// None: distances without a sign.
-    pub signs: Option<&'a Signs>,
+    pub signs: Option<&'a Signs<'a>>,
     /// Cells that are farther go to `Sink::far`.
     pub band: Option<f32>,
     /// Children of 8 nodes and more are closed boxes, up to the next one's first node.

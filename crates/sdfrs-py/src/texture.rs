@@ -57,7 +57,9 @@ pub fn stored(dtype: &str) -> Result<Stored, SceneError> {
     })
 }
 
-/// Half of the memory: what samples may take.
+/// Bytes that samples may take: half of the memory.
+#[pyfunction]
+#[pyo3(name = "memory_for_samples")]
 pub fn most_bytes() -> u64 {
     physical_memory() / 2
 }
