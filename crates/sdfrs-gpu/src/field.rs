@@ -16,7 +16,7 @@ use crate::{
     emit::{self, Emitted},
     error::GpuError,
     pace::Pace,
-    pipelines::{self, Binding, Pipeline, SCENE},
+    pipelines::{self, Binding, Pipeline},
     scene::Scene,
 };
 
@@ -112,7 +112,7 @@ impl GpuField {
     /// The compiled shader of an entry point: `evaluate` or `evaluate_gradient`.
     pub fn pipeline(&self, entry: &str) -> Result<Arc<Pipeline>, GpuError> {
         let text = self.emitted.link(&[sdfrs_shaders::EVALUATE.text], entry)?;
-        self.device.pipelines().get(&self.device, &text, entry, &[&PASS, &SCENE])
+        self.device.pipelines().get(&self.device, &text, entry, &[&PASS, &self.emitted.bindings()])
     }
 
     fn batch(&self, entry: &str, most: u64, width: u64) -> Result<Batch, GpuError> {

@@ -9,6 +9,7 @@ pub mod device;
 pub mod emit;
 pub mod error;
 pub mod field;
+pub mod grids;
 pub mod pace;
 pub mod pipelines;
 pub mod scene;

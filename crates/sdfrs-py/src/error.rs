@@ -7,7 +7,9 @@ use pyo3::{
     sync::PyOnceLock,
     types::{PyString, PyType},
 };
+use sdfrs::texture::TextureError;
 use sdfrs_core::{FormatError, SceneError};
+use sdfrs_mesh::MeshError;
 use sdfrs_trace::TraceError;
 
 /// What a call can end with, apart from errors that Python itself raised.
@@ -15,6 +17,7 @@ use sdfrs_trace::TraceError;
 pub enum Fault {
     Scene(String),
     Format(String),
+    Mesh(String),
     Internal(String),
 }
 
@@ -27,6 +30,21 @@ impl From<SceneError> for Fault {
 impl From<FormatError> for Fault {
     fn from(e: FormatError) -> Self {
         Fault::Format(e.to_string())
+    }
+}
+
+impl From<MeshError> for Fault {
+    fn from(e: MeshError) -> Self {
+        Fault::Mesh(e.to_string())
+    }
+}
+
+impl From<TextureError> for Fault {
+    fn from(e: TextureError) -> Self {
+        match e {
+            TextureError::Mesh(e) => e.into(),
+            TextureError::Scene(e) => e.into(),
+        }
     }
 }
 
@@ -45,6 +63,7 @@ impl From<Fault> for PyErr {
         Python::attach(|py| match fault {
             Fault::Scene(message) => raise(py, &SCENE, "SceneError", &message),
             Fault::Format(message) => raise(py, &FORMAT, "FormatError", &message),
+            Fault::Mesh(message) => raise(py, &MESH, "MeshError", &message),
             Fault::Internal(message) => raise(py, &INTERNAL, "InternalError", &message),
         })
     }
@@ -52,6 +71,7 @@ impl From<Fault> for PyErr {
 
 static SCENE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static FORMAT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static MESH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static INTERNAL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 fn raise(py: Python<'_>, slot: &PyOnceLock<Py<PyType>>, name: &str, message: &str) -> PyErr {

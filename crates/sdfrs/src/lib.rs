@@ -21,13 +21,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod polygons;
 pub mod scene;
+pub mod texture;
 
 pub use scene::SceneFile;
 pub use sdfrs_core::{
     Control, Field, FormatError, Grid, GridValues, Hits, Limits, Program, Rays, Scalar, SceneError, Scratch,
     Shape, Span, Status, Value, contract, pool,
 };
+pub use sdfrs_mesh as mesh;
 pub use sdfrs_trace::{Form, SearchForm, TraceError, Tracer};
 pub use sdfrs_trace::{budget, camera, march, render, shade, stats, tracer};
 pub use sdfrs_trace::{camera::Camera, shade::PointLight, shade::Surface, stats::Summary};
