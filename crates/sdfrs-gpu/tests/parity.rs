@@ -254,26 +254,3 @@ fn moving_an_object_compiles_nothing() {
         assert_ne!(field.evaluate(&points).unwrap(), at_first);
     }
 }
-
-#[test]
-#[ignore = "measure"]
-fn measure() {
-    let Some(device) = common::device() else { return };
-    let points = common::points(16, 2.0);
-    for n in [25, 50, 100, 200, 400] {
-        for strict in [false, true] {
-            let shape = many(n, &mut Random(3));
-            let field = GpuField::with(&device, &shape, Form::Value, strict).unwrap();
-            for entry in ["evaluate", "evaluate_gradient"] {
-                let width = if entry == "evaluate" { 1 } else { 4 };
-                let mut out = vec![0.0; points.len() * width];
-                let t = std::time::Instant::now();
-                field.pipeline(entry).unwrap();
-                let a = t.elapsed();
-                field.run(entry, &points, &mut out, width, &sdfrs_core::Control::new()).unwrap();
-                let b = t.elapsed();
-                println!("{n} boxes, strict {strict}, {entry}: pipeline {a:?}, first dispatch {:?}", b - a);
-            }
-        }
-    }
-}

@@ -55,10 +55,8 @@ impl Packed {
         if let [value] = values {
             return self.single(finite(*value));
         }
-        let rows: Vec<[f32; 4]> = values
-            .chunks(4)
-            .map(|c| std::array::from_fn(|i| c.get(i).map_or(0.0, |v| finite(*v))))
-            .collect();
+        let rows: Vec<[f32; 4]> =
+            values.chunks(4).map(|c| std::array::from_fn(|i| c.get(i).map_or(0.0, |v| finite(*v)))).collect();
         let first = self.add(&rows);
         match node.op {
             Op::SphereUnion => format!("{first}u, {}u", rows.len()),

@@ -38,13 +38,7 @@ struct Source<'a> {
 }
 
 /// `field` and `field_gradient`.
-pub fn scene(
-    out: &mut String,
-    graph: &Graph,
-    order: &[u32],
-    arguments: &HashMap<u32, String>,
-    part: usize,
-) {
+pub fn scene(out: &mut String, graph: &Graph, order: &[u32], arguments: &HashMap<u32, String>, part: usize) {
     let parts: Vec<&[u32]> = order.chunks(part).collect();
     let shared = shared(graph, &parts);
     let source = Source { graph, parts: &parts, shared: &shared, arguments };

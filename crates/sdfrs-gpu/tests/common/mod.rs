@@ -62,10 +62,18 @@ pub fn walk(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
 
 /// The CPU's f32 gradients and values.
 pub fn gradients(shape: &Shape, points: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    gradients_of(shape, Form::Value, points)
+}
+
+pub fn gradients_of(shape: &Shape, form: Form, points: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    let program = match form {
+        Form::Value => Program::<f32>::values(shape),
+        _ => Program::<f32>::for_tracing(shape),
+    };
     let p = columns(points);
     let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; points.len()]);
     let [v, x, y, z] = &mut out;
-    Program::<f32>::values(shape).unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, x, y, z]);
+    program.unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, x, y, z]);
     (0..points.len()).map(|i| [out[1][i], out[2][i], out[3][i], out[0][i]]).collect()
 }
 
