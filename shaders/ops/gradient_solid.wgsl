@@ -78,8 +78,8 @@ fn d_ellipsoid(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, c: vec4<f32>, d: vec4<f
 fn d_gyroid(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     let p = vec3<f32>(x.w, y.w, z.w) * c.x;
     let s = vec3<f32>(m_sin(p.x), m_sin(p.y), m_sin(p.z));
-    let c = vec3<f32>(m_cos(p.x), m_cos(p.y), m_cos(p.z));
-    let g = s.x * c.y + s.y * c.z + s.z * c.x;
-    let slope = c.xyz * c.yzx - s.zxy * s.xyz;
+    let t = vec3<f32>(m_cos(p.x), m_cos(p.y), m_cos(p.z));
+    let g = s.x * t.y + s.y * t.z + s.z * t.x;
+    let slope = t.xyz * t.yzx - s.zxy * s.xyz;
     return along(x, y, z, slope * (side_of(g) * c.x * c.y), op_gyroid(x.w, y.w, z.w, c));
 }

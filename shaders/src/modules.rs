@@ -22,6 +22,7 @@ modules! {
     STRICT "ops/strict"
     MATH "ops/math"
     SCALAR "ops/scalar"
+    FUSED "ops/fused"
     SOLID "ops/solid"
     TABLE "ops/table"
     TEXTURE "ops/texture"
@@ -33,7 +34,7 @@ modules! {
 
 /// What every scene calls: its memory, the ops and their gradients. The uniform `u` with a member `zero`
 /// is the pass's to declare.
-pub fn ops(strict: bool) -> [&'static str; 10] {
+pub fn ops(strict: bool) -> [&'static str; 11] {
     let keep = if strict { STRICT } else { PLAIN };
     let all =
         [MEMORY, keep, MATH, SCALAR, SOLID, TABLE, TEXTURE, GRADIENT_SCALAR, GRADIENT_SOLID, GRADIENT_TABLE];

@@ -54,7 +54,7 @@ pub fn write(device: &Device, buffer: &wgpu::Buffer, offset: u64, data: &[u8]) -
         at += portion.len() as u64;
         if data.len() > PORTION {
             // Hands the portion over before the next is copied.
-            let done = device.scoped("an upload", 0, || device.queue().submit([]))?;
+            let done = device.submit(device.raw().create_command_encoder(&Default::default()))?;
             device.wait(done, &Control::new())?;
         }
     }

@@ -58,6 +58,9 @@ pub struct Device {
     limits: wgpu::Limits,
     /// What the driver last complained of outside a scope, and why the device is gone once it is.
     lost: Arc<Mutex<Option<String>>>,
+    /// Held around every submission and every glance at what is done: wgpu's books go wrong, and it panics,
+    /// where one thread empties the queue between another one's two looks at it.
+    turn: Mutex<()>,
     pipelines: Pipelines,
     grids: Grids,
 }
@@ -118,7 +121,16 @@ impl Device {
         raw.set_device_lost_callback(move |reason, message| note(&on_loss, format!("{reason:?}: {message}")));
         // Without a handler an error outside a scope would end the process.
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&on_error, error.to_string())));
-        Ok(Self { raw, queue, info, limits, lost, pipelines: Pipelines::new(), grids: Grids::default() })
+        Ok(Self {
+            raw,
+            queue,
+            info,
+            limits,
+            lost,
+            turn: Mutex::new(()),
+            pipelines: Pipelines::new(),
+            grids: Grids::default(),
+        })
     }
 
     pub fn raw(&self) -> &wgpu::Device {
@@ -170,6 +182,7 @@ impl Device {
         if first.is_some() {
             // A lost device makes invalid objects without a word and complains of them later. The loss is
             // the reason to report; the driver's word of it comes by polling.
+            let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
             let _ = self.raw.poll(wgpu::PollType::Poll);
         }
         self.check()?;
@@ -182,7 +195,11 @@ impl Device {
 
     /// Hands commands to the GPU.
     pub fn submit(&self, encoder: wgpu::CommandEncoder) -> Result<wgpu::SubmissionIndex, GpuError> {
-        self.scoped("commands", 0, || self.queue.submit([encoder.finish()]))
+        let commands = encoder.finish();
+        self.scoped("commands", 0, || {
+            let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+            self.queue.submit([commands])
+        })
     }
 
     /// Waits for a submission; looks every 10 ms whether it was cancelled.
@@ -193,7 +210,10 @@ impl Device {
         loop {
             let poll =
                 wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(GLANCE) };
-            let polled = self.raw.poll(poll);
+            let polled = {
+                let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+                self.raw.poll(poll)
+            };
             self.check()?;
             match polled {
                 Ok(_) => return Ok(()),

@@ -9,11 +9,15 @@ use std::collections::BTreeSet;
 use common::shapes::{Random, build, everything, grid, moved, num, primitives, vec3};
 use sdfrs_core::{
     Grid, GridValues, Shape,
+    fuse::fuse,
     graph::{Form, Graph},
     op::Op,
     shape::Kind,
 };
-use sdfrs_gpu::{GpuError, GpuField, emit::emit_in_parts};
+use sdfrs_gpu::{
+    GpuError, GpuField,
+    emit::{emit, emit_in_parts},
+};
 
 /// Where two lists of numbers differ in bits; NaNs are one number, and so are zeros.
 fn differences(a: &[f32], b: &[f32]) -> Vec<usize> {
@@ -91,6 +95,43 @@ fn others() -> Vec<(String, Shape)> {
     ]
 }
 
+/// Formulas that hold every pair which the tape fuses.
+fn pairs() -> Vec<(String, Graph)> {
+    let [x, y, z] = ["x", "y", "z"].map(|name| build(name, &[], &[]));
+    let k = |v: f64| build("const", &[("value", num(v))], &[]);
+    let two = |op: &str, a: &Shape, b: &Shape| build(op, &[], &[a, b]);
+    let mul = |a: &Shape, b: &Shape| two("mul", a, b);
+    let all = [
+        two("add", &mul(&x, &y), &z),
+        two("sub", &mul(&x, &y), &z),
+        two("sub", &z, &mul(&x, &y)),
+        two("add", &mul(&x, &y), &mul(&y, &z)),
+        two("sub", &mul(&x, &y), &mul(&y, &z)),
+        two("add", &mul(&x, &k(1.7)), &k(0.3)),
+        mul(&mul(&x, &y), &z),
+        two("min", &two("min", &x, &y), &z),
+        two("min", &two("min", &two("min", &x, &y), &z), &mul(&x, &x)),
+        two("max", &x, &build("neg", &[], &[&mul(&y, &y)])),
+    ];
+    all.iter()
+        .enumerate()
+        .map(|(i, s)| (format!("pair {i}"), fuse(&Graph::new(s, Form::Value).unwrap(), true)))
+        .collect()
+}
+
+#[test]
+fn fused_pairs_have_the_cpus_bits() {
+    let Some(device) = common::device() else { return };
+    let points = common::points(100, 2.0);
+    for (name, graph) in pairs() {
+        let field = GpuField::of(&device, emit(&graph, true).unwrap()).unwrap();
+        let cpu = common::run(&graph, &points);
+        assert_bits(&name, &points, &field.evaluate(&points).unwrap(), &cpu);
+        let values: Vec<f32> = field.gradient(&points).unwrap().iter().map(|g| g[3]).collect();
+        assert_bits(&name, &points, &values, &cpu);
+    }
+}
+
 fn all_shapes() -> Vec<(String, Shape)> {
     everything().into_iter().chain(others()).chain(formulas()).collect()
 }
@@ -107,6 +148,10 @@ fn every_op_is_compared() {
                 seen.extend(Graph::new(&shape, form).unwrap().nodes.iter().map(|n| n.op));
             }
         }
+    }
+    for (_, graph) in pairs() {
+        let needed = emit(&graph, true).unwrap().text;
+        seen.extend(Op::ALL.iter().filter(|op| needed.contains(&format!("op_{}(", op.name()))));
     }
     let missing: Vec<_> = Op::ALL.iter().filter(|op| !seen.contains(op)).map(|op| op.name()).collect();
     assert!(missing.is_empty(), "no scene of this test has {missing:?}");

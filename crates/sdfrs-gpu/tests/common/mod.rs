@@ -6,6 +6,7 @@ use std::sync::Arc;
 use sdfrs_core::{
     Program, Scratch, Shape,
     graph::{Form, Graph},
+    op::execute,
     tape::Tape,
 };
 use sdfrs_gpu::{Choice, Device};
@@ -50,6 +51,24 @@ pub fn values(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
     let program = Program::<f32>::values(shape).unwrap();
     program.evaluate(&mut Scratch::new(), [&p[0], &p[1], &p[2]], &mut out);
     out
+}
+
+/// A graph as it stands, on the CPU.
+#[allow(unsafe_code)]
+pub fn run(graph: &Graph, points: &[[f32; 3]]) -> Vec<f32> {
+    let tape = Tape::<f32>::new(graph);
+    points
+        .iter()
+        .map(|p| {
+            let mut slots = vec![0f32; tape.slots().max(3)];
+            slots[..3].copy_from_slice(p);
+            for ins in tape.instructions() {
+                // SAFETY: the tape is checked, and there is one value for each of its slots.
+                unsafe { execute::<f32>(ins, slots.as_mut_ptr(), 1, &tape.tables()) };
+            }
+            slots[tape.root()]
+        })
+        .collect()
 }
 
 /// What a tracer walks, on the CPU.
