@@ -59,7 +59,7 @@ impl Emitted {
 
     /// The texts to link with a pass.
     pub fn parts(&self) -> Vec<&str> {
-        let mut parts = sdfrs_shaders::ops(self.strict).to_vec();
+        let mut parts = sdfrs_shaders::ops(self.strict);
         parts.push(&self.text);
         parts
     }

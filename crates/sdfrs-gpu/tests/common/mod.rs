@@ -56,7 +56,7 @@ pub fn values(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
 /// A graph as it stands, on the CPU.
 #[allow(unsafe_code)]
 pub fn run(graph: &Graph, points: &[[f32; 3]]) -> Vec<f32> {
-    let tape = Tape::<f32>::new(graph);
+    let tape = Tape::<f32>::plain(graph);
     points
         .iter()
         .map(|p| {
