@@ -1,10 +1,10 @@
 // Grids of samples: the interpolant, its safe steps, its continuation outside. Twin of grid/, by eight loads:
 // samplers weigh by 8 bits only. A grid has 8 rows of constants from `k` on:
-//   0 nodes along x, y, z          4 gap, edge of a brick
-//   1 lo                           5 where its nodes, its table of bricks and its slopes start in `grids`:
+//   0 nodes along x, y, z; kind    4 gap, edge of a brick
+//   1 lo; rule                     5 where its nodes, its table of bricks and its slopes start in `grids`:
 //   2 hi, divisor a                6   numbers of 16 bits, low before high
 //   3 spacing, divisor s           7 slack of a position in a brick, in cells
-// `kind`: 0 dense f32, 1 dense f16; bricks of 2 f32, 3 f16, 4 bytes. `rule`: 0 one for the grid, 1 by bricks.
+// Compiled scenes name kind and rule as numbers, so that compilers see one case. `kind`: 0 dense f32, 1 dense f16; bricks of 2 f32, 3 f16, 4 bytes. `rule`: 0 one for the grid, 1 by bricks.
 
 struct Place { cell: vec3<u32>, f: vec3<f32>, outside: vec3<f32> }
 struct Corners { low: vec4<f32>, high: vec4<f32> }

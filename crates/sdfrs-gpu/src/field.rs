@@ -93,7 +93,9 @@ impl GpuField {
         }
         let most = BATCH[1].min(points.len() as u64);
         let batch = self.batch(entry, most, width as u64)?;
-        let mut pace = Pace::new(BATCH[0].min(most), most);
+        // Long scenes start with fewer points: the first batch is a guess, and nothing can cut it short.
+        let least = (BATCH[0] * 1000 / (1000 + self.emitted.ops as u64)).max(GROUP);
+        let mut pace = Pace::new(least.min(most), most);
         let mut at = 0;
         while at < points.len() {
             if control.is_cancelled() {

@@ -101,8 +101,8 @@ pub fn rows(grid: &Grid, parts: &Parts) -> [[f32; 4]; ROWS] {
         f64::from((4.0 * (reach + dims[a] as f64)) as f32 * f32::EPSILON)
     });
     [
-        row(dims.map(|n| n as f64), 0.0),
-        row(lo, 0.0),
+        row(dims.map(|n| n as f64), f64::from(kind(grid))),
+        row(lo, f64::from(rule(grid))),
         row(hi, slopes.a),
         row(h, slopes.s),
         [slopes.gap as f32, edge, 0.0, 0.0],

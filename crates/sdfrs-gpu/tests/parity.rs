@@ -14,8 +14,8 @@ use sdfrs_core::{
     shape::Kind,
 };
 use sdfrs_gpu::{
-    GpuError, GpuField,
-    emit::{emit, emit_in_parts},
+    GpuField,
+    emit::{emit, emit_in_parts, emit_interpreted},
 };
 
 /// Where two lists of numbers differ in bits; NaNs are one number, and so are zeros.
@@ -248,14 +248,36 @@ fn many(n: usize, random: &mut Random) -> Shape {
     build("union", &[("k", num(0.0))], &boxes.iter().collect::<Vec<_>>())
 }
 
+/// What is too long to compile is interpreted; what an interpreter computes has the same bits.
 #[test]
-fn too_long_a_scene_is_refused_by_number() {
+fn interpreted_scenes_have_the_same_bits() {
     let Some(device) = common::device() else { return };
-    let shape = many(2600, &mut Random(4));
-    let Err(GpuError::Limits { asked, allowed, .. }) = GpuField::new(&device, &shape) else {
-        panic!("a shader of {} ops", common::instructions(&shape, Form::Value));
-    };
-    assert_eq!((asked, allowed), (5199, 5000));
+    let points = common::points(100, 2.0);
+    let one_of_each = |n: &str| matches!(n, "union(torus)" | "scale(box)" | "twist(texture)" | "shell(cone)");
+    let shapes = all_shapes().into_iter().filter(|(n, _)| !n.contains('(') || one_of_each(n));
+    for (name, shape) in shapes {
+        let graph = Graph::new(&shape, Form::Value).unwrap();
+        let field = GpuField::of(&device, emit_interpreted(&graph, true).unwrap()).unwrap();
+        assert_bits(&name, &points, &field.evaluate(&points).unwrap(), &common::values(&shape, &points));
+    }
+}
+
+#[test]
+fn long_scenes_are_interpreted_by_one_text() {
+    let Some(device) = common::device() else { return };
+    let points = common::points(30, 2.0);
+    let fields = [2600, 3000].map(|n| {
+        let shape = many(n, &mut Random(n as u64));
+        let field = GpuField::with(&device, &shape, Form::Value, true).unwrap();
+        assert!(!field.emitted().compiled);
+        assert_bits("boxes", &points, &field.evaluate(&points).unwrap(), &common::values(&shape, &points));
+        let (gpu, cpu) = (field.gradient(&points[..20]).unwrap(), common::gradients(&shape, &points[..20]));
+        for (a, b) in gpu.iter().zip(&cpu) {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() <= 1e-4), "GPU {a:?}, CPU {b:?}");
+        }
+        field
+    });
+    assert_eq!(fields[0].emitted().text, fields[1].emitted().text);
 }
 
 /// Moving an object, or changing its size, is a matter of constants.

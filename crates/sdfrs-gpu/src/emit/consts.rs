@@ -80,6 +80,6 @@ fn finite(v: f64) -> f32 {
     tame(v as f32)
 }
 
-fn tame(v: f32) -> f32 {
+pub fn tame(v: f32) -> f32 {
     if v.is_infinite() { FAR.copysign(v) } else { v }
 }

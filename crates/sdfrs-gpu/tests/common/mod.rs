@@ -95,8 +95,3 @@ pub fn gradients_of(shape: &Shape, form: Form, points: &[[f32; 3]]) -> Vec<[f32;
     program.unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, x, y, z]);
     (0..points.len()).map(|i| [out[1][i], out[2][i], out[3][i], out[0][i]]).collect()
 }
-
-/// Number of instructions on the CPU.
-pub fn instructions(shape: &Shape, form: Form) -> usize {
-    Tape::<f32>::new(&Graph::new(shape, form).unwrap()).instructions().len()
-}
