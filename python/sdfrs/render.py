@@ -139,8 +139,9 @@ def _view(what: Any, camera: Optional[Camera], t_max: float) -> tuple[Scene, Cam
 
 
 def _warn_slope(shape: Shape, summary: Summary) -> None:
-    # Few rays of a coarse picture are no evidence worth a warning.
-    if summary.rays >= 1000 and math.isfinite(summary.witness) and summary.witness > 1.01:
+    # Few rays of a coarse picture are no evidence worth a warning, nor are the steps of textures, which are
+    # safe distances that jump from brick to brick.
+    if not shape._node.textured and summary.rays >= 1000 and math.isfinite(summary.witness) and summary.witness > 1.01:
         need = math.ceil(summary.lipschitz_observed * 1000) / 1000
         warnings.warn(
             f"the field is {summary.witness:.4g} times as steep as declared, so surfaces may be missed: "

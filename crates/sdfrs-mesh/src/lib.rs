@@ -1,7 +1,23 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+pub mod bake;
+mod bricks;
+mod budget;
+pub mod check;
+mod clusters;
+mod dense;
+mod descent;
 pub mod error;
+mod error_bound;
+mod exact;
+mod frames;
+mod grid;
+pub mod isa;
+mod kernels;
+mod lanes;
 pub mod mesh;
+pub mod read;
+mod shared;
 pub mod sign;
 
 pub use error::MeshError;
