@@ -16,7 +16,7 @@ use crate::{
         BRICK, BrickValues, Bricks, Claim, Grid, GridValues, Store,
         bricks::FAR,
         bricks_along,
-        slope::{BLOCK, NODES},
+        slope::{BLOCK, NODES, diagonal},
     },
     pool,
     shape::Shape,
@@ -187,6 +187,10 @@ impl Job<'_> {
         let size = h.map(|h| h * BRICK as f64);
         let radius = size.iter().map(|v| v * v).sum::<f64>().sqrt() / 2.0;
         let band = if band == 0.0 { BAND * lip * h.iter().fold(0.0, |a: f64, b| a.max(*b)) } else { band };
+        if band < diagonal(h) * lip {
+            let message = format!("band is {band}, allowed: at least {}, what a cell's diagonal spans", diagonal(h) * lip);
+            return Err(SceneError::new("to_texture", message));
+        }
         let total: usize = count.iter().product();
         let mut far: Vec<f32> = room(total)?;
         let middles = |worker: &mut Worker, (i, out): (usize, &mut [f32])| {

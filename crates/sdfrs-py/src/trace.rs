@@ -8,10 +8,10 @@ use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, contract, eval::Na
 use sdfrs_trace::{
     Tracer,
     camera::Camera,
-    march,
     render::{self as picture, Scene},
     shade::Surface,
     stats::Summary,
+    voxel,
 };
 
 use crate::{
@@ -93,7 +93,8 @@ fn march<T: Native>(
 ) -> Result<(Hits<T>, Summary), Fault> {
     let program = Program::<T>::for_tracing(job.shape)?;
     let start = Instant::now();
-    let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
+    contract::check_spans(rays.origins.len(), &rays.t_min, &rays.t_max, job.tracer.needs_finite_range())?;
+    let hits = voxel::trace(job.shape, &program, &job.tracer, rays, &job.limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
     let summary =
         Summary::of(&hits, seconds, job.shape.lipschitz(), program.tape().instructions().len() as u64);

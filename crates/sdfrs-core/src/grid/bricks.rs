@@ -196,8 +196,7 @@ impl Bricks {
             }
         }
         let nodes = BrickValues::U8 { codes: Arc::new(codes), scale: Arc::new(scale) };
-        let far = self.far.iter().map(|v| v.clamp(-band as f32, band as f32)).collect();
-        Ok((Bricks { nodes, far: Arc::new(far), table: self.table.clone() }, worst))
+        Ok((Bricks { nodes, ..self.clone() }, worst))
     }
 
     /// Coarser scales where a coarser neighbour may round a shared node beyond a byte's reach.

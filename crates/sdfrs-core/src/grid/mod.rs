@@ -12,6 +12,7 @@ pub mod dense;
 mod range;
 mod sample;
 pub mod slope;
+pub mod voxel;
 
 use crate::error::SceneError;
 pub use bricks::{BrickValues, Bricks};

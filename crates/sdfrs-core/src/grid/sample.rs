@@ -87,6 +87,13 @@ impl Grid {
         }
     }
 
+    /// Corners of one cell.
+    pub(super) fn corners_of<T: Scalar>(&self, cell: [usize; 3]) -> [T; 8] {
+        let mut out = [[T::of(0.0); 1]; 8];
+        self.corners(&cell.map(|v| [v as u32]), &mut out);
+        out.map(|c| c[0])
+    }
+
     /// Slopes of the points' bricks, alone and with their neighbours.
     #[inline(never)]
     fn slopes_at<T: Scalar, const W: usize>(&self, cell: &[[u32; W]; 3]) -> [[T; W]; 2] {
