@@ -1,9 +1,9 @@
-#[path = "../tests/signs/meshes.rs"]
+#[path = "/work/wt/sign/crates/sdfrs-mesh/tests/signs/meshes.rs"]
 mod meshes;
 use meshes::*;
+use sdfrs_mesh::Mesh;
 use sdfrs_mesh::check::check;
 use sdfrs_mesh::sign::*;
-use sdfrs_mesh::Mesh;
 use std::time::Instant;
 fn cpu() -> f64 {
     let s = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
@@ -36,7 +36,16 @@ fn main() {
         let mesh = holed(mesh, 0.02, 3);
         let t = cpu();
         let (c, f) = check(&mesh).unwrap();
-        println!("{name}: {} faces, check {:.2} ms  boundary {} nonm {} mis {} needles {} comps {}", f.faces, (cpu() - t) * 1e3, f.boundary_edges, f.nonmanifold_edges, f.misoriented_edges, f.needle_faces, f.components);
+        println!(
+            "{name}: {} faces, check {:.2} ms  boundary {} nonm {} mis {} needles {} comps {}",
+            f.faces,
+            (cpu() - t) * 1e3,
+            f.boundary_edges,
+            f.nonmanifold_edges,
+            f.misoriented_edges,
+            f.needle_faces,
+            f.components
+        );
         let signs = Signs::new(&c, &f, SignRule::Winding).unwrap();
         let t = Instant::now();
         let mut o = [false];
@@ -70,9 +79,18 @@ fn main() {
             let exact: Vec<f64> = pts[..k].iter().map(|p| signs.winding(*p)).collect();
             let te = (cpu() - t) / k as f64;
             let wrong = exact.iter().zip(&out).filter(|(w, o)| (**w > 0.5) != **o).count();
-            let err = exact.iter().zip(&conf).map(|(w, c)| ((2.0 * w - 1.0).abs().min(1.0) - c).abs() / 2.0).fold(0.0, f64::max);
+            let err = exact
+                .iter()
+                .zip(&conf)
+                .map(|(w, c)| ((2.0 * w - 1.0).abs().min(1.0) - c).abs() / 2.0)
+                .fold(0.0, f64::max);
             let close = exact.iter().filter(|w| (**w - 0.5).abs() < 0.05).count();
-            println!("  {what}: inside {:.2} us, guess only {:.2} us, exact {:.1} us; wrong {wrong}/{k}, err {err:.1e}, near half {close}", t0 / n as f64 * 1e6, t1 / n as f64 * 1e6, te * 1e6);
+            println!(
+                "  {what}: inside {:.2} us, guess only {:.2} us, exact {:.1} us; wrong {wrong}/{k}, err {err:.1e}, near half {close}",
+                t0 / n as f64 * 1e6,
+                t1 / n as f64 * 1e6,
+                te * 1e6
+            );
         }
     }
 }

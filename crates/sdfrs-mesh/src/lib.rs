@@ -1,5 +1,11 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+#[cfg(test)]
+extern crate self as sdfrs_mesh;
+#[cfg(test)]
+#[path = "../tests/signs/meshes.rs"]
+mod meshes;
+
 pub mod bake;
 mod bricks;
 mod budget;
