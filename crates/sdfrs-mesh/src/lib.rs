@@ -1,5 +1,6 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+mod afterwards;
 pub mod bake;
 mod bricks;
 mod budget;
@@ -10,13 +11,16 @@ mod descent;
 pub mod error;
 mod error_bound;
 mod exact;
+mod examine;
 mod frames;
 mod grid;
 pub mod isa;
 mod kernels;
 mod lanes;
+mod leaves;
 pub mod mesh;
 mod shared;
+mod sides;
 pub mod sign;
 
 pub use error::MeshError;

@@ -1,11 +1,24 @@
-//! Inside or outside. Stand-in for branch w-sign: pseudonormals only.
+//! Inside or outside.
+//!
+//! A closed mesh whose faces agree has one answer, and several ways to it; a damaged mesh has none, and the generalised
+//! winding number (Jacobson, Kavan, Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
+//! numbers, 2013) is the best guess there: inside is where it exceeds 1/2.
+//!
+//! Law: on closed and on damaged meshes every rule that `Auto` picks agrees with the exact winding number
+//! (`tests/signs.rs`). A mesh turned inside out, closed, is the one exception: its sign is that of its normals, so that
+//! the space around it is solid, and `why` says so.
 
-use std::collections::HashMap;
+mod fast;
+mod pseudo;
+mod solid;
+mod tree;
+mod winding;
 
-use crate::{
-    MeshError,
-    check::{Checked, Findings},
-};
+use crate::MeshError;
+use crate::check::{Checked, Findings};
+use pseudo::Pseudo;
+use std::sync::OnceLock;
+use winding::Winding;
 
 /// How a node's sign is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,7 +33,7 @@ pub enum SignRule {
     Unsigned,
 }
 
-/// What decided.
+/// What the rule came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     Pseudonormal,
@@ -29,99 +42,117 @@ pub enum Method {
     Unsigned,
 }
 
-/// The nearest face of a point, and the closest point on it (unit frame).
+impl Method {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pseudonormal => "pseudonormal",
+            Self::Winding => "winding",
+            Self::Parity => "parity",
+            Self::Unsigned => "unsigned",
+        }
+    }
+}
+
+/// The face nearest to a point, and its point there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
     pub face: u32,
     pub point: [f64; 3],
 }
 
-pub struct Signs {
+/// Tells inside from outside, in the unit frame. Ask from as many threads as you like.
+pub struct Signs<'m> {
+    mesh: &'m Checked,
     method: Method,
-    faces: Vec<[u32; 3]>,
-    corners: Vec<[f64; 3]>,
-    face_normals: Vec<[f64; 3]>,
-    vertex_normals: Vec<[f64; 3]>,
-    edge_normals: HashMap<(u32, u32), [f64; 3]>,
+    why: String,
+    pseudo: Option<Pseudo>,
+    /// Made when it is first asked for.
+    winding: OnceLock<Winding>,
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-fn add(a: &mut [f64; 3], b: [f64; 3], s: f64) {
-    for k in 0..3 {
-        a[k] += s * b[k];
-    }
-}
-
-impl Signs {
-    pub fn new(mesh: &Checked, _findings: &Findings, rule: SignRule) -> Result<Self, MeshError> {
-        let mut vertex_normals = vec![[0.0; 3]; mesh.vertices.len()];
-        let mut edge_normals: HashMap<(u32, u32), [f64; 3]> = HashMap::new();
-        let mut face_normals = Vec::new();
-        for f in &mesh.faces {
-            let c = f.map(|v| mesh.vertices[v as usize]);
-            let n = cross(sub(c[1], c[0]), sub(c[2], c[0]));
-            let l = dot(n, n).sqrt().max(1e-300);
-            let n = n.map(|x| x / l);
-            face_normals.push(n);
-            for k in 0..3 {
-                let (i, j) = (f[k], f[(k + 1) % 3]);
-                add(edge_normals.entry((i.min(j), i.max(j))).or_default(), n, 1.0);
-                let (u, v) = (sub(c[(k + 1) % 3], c[k]), sub(c[(k + 2) % 3], c[k]));
-                let x = cross(u, v);
-                add(&mut vertex_normals[i as usize], n, dot(x, x).sqrt().atan2(dot(u, v)));
-            }
-        }
-        let method = if rule == SignRule::Unsigned { Method::Unsigned } else { Method::Pseudonormal };
-        let corners = mesh.vertices.clone();
-        Ok(Self { method, faces: mesh.faces.clone(), corners, face_normals, vertex_normals, edge_normals })
+impl<'m> Signs<'m> {
+    pub fn new(mesh: &'m Checked, findings: &Findings, rule: SignRule) -> Result<Self, MeshError> {
+        let (method, why) = choose(findings, rule);
+        let pseudo = (method == Method::Pseudonormal).then(|| Pseudo::new(mesh));
+        Ok(Self { mesh, method, why, pseudo, winding: OnceLock::new() })
     }
 
     pub fn method(&self) -> Method {
         self.method
     }
 
+    /// What decided, in words for the report.
     pub fn why(&self) -> String {
-        "stand-in".to_owned()
+        self.why.clone()
     }
 
+    /// Whether `p` is inside; `nearest` is the face nearest to it.
     pub fn inside(&self, p: [f64; 3], nearest: Nearest) -> bool {
-        if self.method == Method::Unsigned {
-            return false;
-        }
-        let f = self.faces[nearest.face as usize];
-        let c = f.map(|v| self.corners[v as usize]);
-        let q = nearest.point;
-        // Barycentric coordinates tell the feature.
-        let (u, v, w) = (sub(c[1], c[0]), sub(c[2], c[0]), sub(q, c[0]));
-        let (uu, uv, vv, wu, wv) = (dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v));
-        let det = uu * vv - uv * uv;
-        let (s, t) = ((vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det);
-        let on: Vec<usize> = [1.0 - s - t, s, t]
-            .iter()
-            .enumerate()
-            .filter(|(_, b)| **b > 1e-10)
-            .map(|(i, _)| i)
-            .collect();
-        let normal = match on.as_slice() {
-            [a] => self.vertex_normals[f[*a] as usize],
-            [a, b] => {
-                let (i, j) = (f[*a], f[*b]);
-                self.edge_normals.get(&(i.min(j), i.max(j))).copied().unwrap_or_default()
+        match (&self.pseudo, self.method) {
+            (Some(pseudo), _) => pseudo.inside(self.mesh, p, nearest.face),
+            (None, Method::Unsigned) => false,
+            (None, _) => {
+                let mut out = [false];
+                self.inside_many(&[p], &mut out);
+                out[0]
             }
-            _ => self.face_normals[nearest.face as usize],
-        };
-        dot(sub(p, q), normal) < 0.0
+        }
     }
 
-    pub fn confidence(&self, _p: [f64; 3]) -> f64 {
-        1.0
+    /// Whether each of `points` is inside, for those who know no nearest face.
+    pub fn inside_many(&self, points: &[[f64; 3]], out: &mut [bool]) {
+        match self.method {
+            Method::Unsigned => out.fill(false),
+            _ => self.fast().inside_many(self.mesh, points, out),
+        }
     }
+
+    /// The exact generalised winding number, by all faces.
+    pub fn winding(&self, p: [f64; 3]) -> f64 {
+        solid::winding(self.mesh, p)
+    }
+
+    /// How sure the winding number is: 1 where it is at most 0 or at least 1, 0 where it is 1/2.
+    pub fn confidence(&self, p: [f64; 3]) -> f64 {
+        let mut out = [0.0];
+        self.confidence_many(&[p], &mut out);
+        out[0]
+    }
+
+    /// `confidence` of each of `points`.
+    pub fn confidence_many(&self, points: &[[f64; 3]], out: &mut [f64]) {
+        self.fast().confidence_many(self.mesh, points, out);
+    }
+
+    fn fast(&self) -> &Winding {
+        self.winding.get_or_init(|| Winding::new(self.mesh))
+    }
+}
+
+fn choose(findings: &Findings, rule: SignRule) -> (Method, String) {
+    let named = |method: Method| (method, "asked for by name".to_owned());
+    match rule {
+        SignRule::Winding => named(Method::Winding),
+        SignRule::Pseudonormal => named(Method::Pseudonormal),
+        SignRule::Parity => named(Method::Parity),
+        SignRule::Unsigned => named(Method::Unsigned),
+        SignRule::Auto => match defects(findings) {
+            None => (Method::Pseudonormal, "closed, oriented and manifold".to_owned()),
+            Some(defects) => (Method::Winding, defects),
+        },
+    }
+}
+
+/// What forbids pseudonormals.
+fn defects(f: &Findings) -> Option<String> {
+    let all = [
+        (f.boundary_edges, "open edges"),
+        (f.nonmanifold_edges, "edges of more than two faces"),
+        (f.nonmanifold_vertices, "vertices of more than one fan"),
+        (f.misoriented_edges, "edges with faces that disagree"),
+        (f.needle_faces, "faces without area dropped"),
+    ];
+    let found: Vec<String> =
+        all.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    (!found.is_empty()).then(|| found.join(", "))
 }
