@@ -340,5 +340,3 @@ def cube(lo: Vec3, hi: Vec3) -> tuple[Vec3, Vec3]:
     half = max(h - l for l, h in zip(lo, hi)) / 2
     x, y, z = ((l + h) / 2 for l, h in zip(lo, hi))
     return (x - half, y - half, z - half), (x + half, y + half, z + half)
-
-

@@ -280,7 +280,9 @@ def _sparse(read: Any, facts: dict[str, Any]) -> _core.Node:
         raise FormatError("scale: goes with nodes of bytes, and these with it")
     flat = lambda v: np.ascontiguousarray(v).reshape(-1)  # noqa: E731
     counts = tuple(int(n) for n in dims)
-    return _core.texture_sparse(counts, flat(table), flat(far), flat(nodes), None if scale is None else flat(scale), facts)  # type: ignore[arg-type]
+    return _core.texture_sparse(
+        counts, flat(table), flat(far), flat(nodes), None if scale is None else flat(scale), facts
+    )  # type: ignore[arg-type]
 
 
 def _report(text: Optional[Any], confidence: Optional[Any]) -> Optional[MeshReport]:

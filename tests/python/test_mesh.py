@@ -15,7 +15,12 @@ def sphere(n=24, radius=1.0, centre=(0, 0, 0)):
     theta = np.linspace(0, np.pi, n + 1)[1:-1]
     phi = np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)
     ring = np.stack(
-        [np.outer(np.sin(theta), np.cos(phi)), np.outer(np.cos(theta), np.ones(2 * n)), np.outer(np.sin(theta), np.sin(phi))], -1
+        [
+            np.outer(np.sin(theta), np.cos(phi)),
+            np.outer(np.cos(theta), np.ones(2 * n)),
+            np.outer(np.sin(theta), np.sin(phi)),
+        ],
+        -1,
     ).reshape(-1, 3)
     vertices = np.concatenate([[[0, 1, 0]], ring, [[0, -1, 0]]]) * radius + centre
     at = lambda i, j: 1 + i * 2 * n + j % (2 * n)
@@ -44,7 +49,9 @@ def test_a_ball_is_a_ball(rng):
     z, y, x = np.meshgrid(*[np.linspace(l, h, 48) for l, h in zip(*tex.bounds)], indexing="ij")
     want = np.sqrt(x * x + y * y + z * z) - 1
     # The facets cut the ball by up to 1 - cos(pi / 24).
-    assert np.abs(tex.values - want).max() < 0.013 and (np.sign(tex.values) == np.sign(want))[np.abs(want) > 0.013].all()
+    assert (
+        np.abs(tex.values - want).max() < 0.013 and (np.sign(tex.values) == np.sign(want))[np.abs(want) > 0.013].all()
+    )
     assert tex.report.watertight and tex.report.manifold and tex.report.sign == "pseudonormal"
     assert tex.report.signed_volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
     assert 0 <= tex.max_error < 1e-5 and tex.lipschitz < 2 and tex.report.seconds > 0
@@ -65,7 +72,10 @@ def test_inputs_of_every_kind_agree(tmp_path):
         assert same(sdfrs.mesh_to_sdf_texture(*mesh, resolution=24), want)
     assert same(sdfrs.mesh_to_sdf_texture(V, POLYGONS, resolution=24), want)
     narrow = V.astype(np.float32)
-    assert same(sdfrs.mesh_to_sdf_texture(narrow, F, resolution=24), sdfrs.mesh_to_sdf_texture(narrow.astype(float), F, resolution=24))
+    assert same(
+        sdfrs.mesh_to_sdf_texture(narrow, F, resolution=24),
+        sdfrs.mesh_to_sdf_texture(narrow.astype(float), F, resolution=24),
+    )
 
 
 def test_a_trimesh_is_taken():
@@ -259,7 +269,8 @@ def test_progress_is_told():
 
 def test_the_command_line(tmp_path):
     (tmp_path / "ball.obj").write_text(
-        "\n".join([f"v {x} {y} {z}" for x, y, z in V] + ["f " + " ".join(str(i + 1) for i in f) for f in POLYGONS]) + "\n"
+        "\n".join([f"v {x} {y} {z}" for x, y, z in V] + ["f " + " ".join(str(i + 1) for i in f) for f in POLYGONS])
+        + "\n"
     )
     run = lambda *words: subprocess.run(
         [sys.executable, "-m", "sdfrs", *words], cwd=tmp_path, capture_output=True, text=True, check=False

@@ -45,7 +45,9 @@ fn every_node_is_the_shapes_value() {
         let stored: f64 = sparse.node(*at);
         if stored != f64::from(value as f32) {
             far += 1;
-            assert!(stored.abs() <= value.abs() + 1e-9 && stored * value > 0.0 && value.abs() > 4.0 * h * 0.99);
+            assert!(
+                stored.abs() <= value.abs() + 1e-9 && stored * value > 0.0 && value.abs() > 4.0 * h * 0.99
+            );
         }
     }
     assert!(far > 10_000, "{far}");

@@ -86,7 +86,9 @@ pub fn trace<T: Native>(
             let ends = if control.is_cancelled() {
                 Vec::new()
             } else {
-                (i * TILE..n.min(i * TILE + TILE)).map(|k| placed.walk(&rays.ray(k), most)).collect::<Vec<_>>()
+                (i * TILE..n.min(i * TILE + TILE))
+                    .map(|k| placed.walk(&rays.ray(k), most))
+                    .collect::<Vec<_>>()
             };
             control.advance(ends.len() as u64);
             ends

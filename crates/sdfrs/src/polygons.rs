@@ -19,13 +19,23 @@ pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> 
     let (mut at, mut loop_): (usize, Vec<u32>) = (0, Vec::new());
     for (face, &n) in counts.iter().enumerate() {
         if n < 3 {
-            return Err(MeshError::bad(format!("face {face}"), format!("{n} corners given; at least 3 are allowed")));
+            return Err(MeshError::bad(
+                format!("face {face}"),
+                format!("{n} corners given; at least 3 are allowed"),
+            ));
         }
         loop_.clear();
         for &corner in &corners[at..at + n as usize] {
             if !(0..most).contains(&corner) {
-                let allowed = if most == 0 { "there are no vertices".into() } else { format!("0 to {} are allowed", most - 1) };
-                return Err(MeshError::bad(format!("face {face}"), format!("vertex {corner} given; {allowed}")));
+                let allowed = if most == 0 {
+                    "there are no vertices".into()
+                } else {
+                    format!("0 to {} are allowed", most - 1)
+                };
+                return Err(MeshError::bad(
+                    format!("face {face}"),
+                    format!("vertex {corner} given; {allowed}"),
+                ));
             }
             loop_.push(corner as u32);
         }
@@ -140,9 +150,10 @@ mod tests {
             let sum = |corners: &[i64]| {
                 let mesh = of_polygons(polygon.clone(), corners, &[n]).unwrap();
                 assert_eq!(mesh.faces.len() as u32, n - 2);
-                mesh.faces.iter().map(|f| area(&mesh.vertices, *f)).fold([0.0, 0.0], |s: [f64; 2], a| {
-                    [s[0] + a, s[1] + a.abs()]
-                })
+                mesh.faces
+                    .iter()
+                    .map(|f| area(&mesh.vertices, *f))
+                    .fold([0.0, 0.0], |s: [f64; 2], a| [s[0] + a, s[1] + a.abs()])
             };
             let [a, whole] = sum(&forward);
             assert!(a > 0.0 && (a - whole).abs() < 1e-12, "no triangle turned over: {a} {whole}");

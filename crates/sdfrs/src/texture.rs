@@ -67,9 +67,15 @@ pub fn from_mesh(
     let mut baked = bake(mesh, settings, &Ear(control))?;
     // A cell that the surface passes must not be cut, or its interpolant would be another.
     if let Some(band) = settings.band {
-        let least = slope::diagonal(std::array::from_fn(|a| (baked.hi[a] - baked.lo[a]) / (baked.dims[a] - 1) as f64));
+        let least = slope::diagonal(std::array::from_fn(|a| {
+            (baked.hi[a] - baked.lo[a]) / (baked.dims[a] - 1) as f64
+        }));
         if band < least {
-            return Err(MeshError::bad("band", format!("{band} given; at least {least}, a cell's diagonal, is allowed")).into());
+            return Err(MeshError::bad(
+                "band",
+                format!("{band} given; at least {least}, a cell's diagonal, is allowed"),
+            )
+            .into());
         }
     }
     let dims = baked.dims.map(|n| n as usize);

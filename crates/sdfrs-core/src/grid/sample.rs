@@ -7,8 +7,9 @@
 use half::f16;
 
 use super::{
-    BRICK, BrickValues, Grid, GridValues, Step, Stepping, Store, bricks_along,
+    BRICK, BrickValues, Grid, GridValues, Step, Stepping, Store,
     bricks::widen,
+    bricks_along,
     dense::Sample,
     slope::{BLOCK, NODES, Rule},
 };

@@ -65,7 +65,11 @@ impl<T: Scalar> Cubic<T> {
         let mut s = (lo + hi) * half;
         for _ in 0..STEPS {
             let v = self.at(s);
-            if v > T::of(0.0) { lo = s } else { hi = s }
+            if v > T::of(0.0) {
+                lo = s
+            } else {
+                hi = s
+            }
             let next = s - v / self.slope(s);
             // A step out of the bracket, or to nowhere, becomes a bisection.
             s = if next > lo && next < hi { next } else { (lo + hi) * half };
@@ -198,7 +202,10 @@ mod tests {
     #[test]
     fn flat_and_degenerate_cells() {
         let ramp: [f64; 8] = std::array::from_fn(|k| 0.25 - (k & 1) as f64);
-        assert_eq!(first_root(&ramp, [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]).map(|s| (s * 1e9).round()), Some(0.25e9));
+        assert_eq!(
+            first_root(&ramp, [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]).map(|s| (s * 1e9).round()),
+            Some(0.25e9)
+        );
         assert_eq!(first_root(&ramp, [0.0, 0.0, 0.5], [0.0, 1.0, 0.0]), None);
         assert_eq!(first_root(&[0.0; 8], [0.5; 3], [0.5, 0.0, 0.0]), Some(0.0));
         assert_eq!(first_root(&[1.0; 8], [0.5; 3], [0.5, 0.0, 0.0]), None);

@@ -49,7 +49,8 @@ fn rays(n: usize) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
 
 fn run<T: Native>(shape: &Shape, rays: &(Vec<[f64; 3]>, Vec<[f64; 3]>), limits: &Limits) -> Hits<T> {
     let program = Program::<T>::for_tracing(shape).unwrap();
-    let [origins, directions] = [&rays.0, &rays.1].map(|v| v.iter().map(|v| v.map(T::of)).collect::<Vec<_>>());
+    let [origins, directions] =
+        [&rays.0, &rays.1].map(|v| v.iter().map(|v| v.map(T::of)).collect::<Vec<_>>());
     let rays = Rays {
         origins: &origins,
         directions: &directions,
@@ -125,6 +126,10 @@ fn starts_inside_cut_solids_and_budgets() {
     assert_eq!(hits.status, [1, 1, 0]);
     assert_eq!(hits.flags, [0, FLAG_INSIDE, 0]);
     let shape = Shape::texture(baked(None).with_stepping(Stepping::Voxel)).unwrap();
-    let hits = run::<f64>(&shape, &(vec![[0.9, 0.85, 3.0]], vec![[0.0, 0.0, -1.0]]), &Limits { max_steps: 1, ..LIMITS });
+    let hits = run::<f64>(
+        &shape,
+        &(vec![[0.9, 0.85, 3.0]], vec![[0.0, 0.0, -1.0]]),
+        &Limits { max_steps: 1, ..LIMITS },
+    );
     assert_eq!((hits.status[0], hits.steps[0]), (Status::OutOfSteps as u8, 1));
 }
