@@ -96,6 +96,16 @@ impl Bricks {
         };
         nodes as u64 + 8 * self.table.len() as u64
     }
+    /// Magnitudes up to this are kept: nearer than every brick without nodes, and than where nodes were cut.
+    pub fn band(&self) -> f32 {
+        let far = self.far.iter().filter(|v| **v != 0.0).fold(f32::INFINITY, |m, v| m.min(v.abs()));
+        let most = match &self.nodes {
+            BrickValues::F16(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.to_f32().abs())),
+            BrickValues::F32(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.abs())),
+            BrickValues::U8 { scale, .. } => scale.iter().fold(0.0, |m: f32, v| m.max(v * STEPS as f32)),
+        };
+        far.min(most)
+    }
     /// Where brick `i` keeps its nodes, counted in bricks.
     #[inline(always)]
     pub fn slot(&self, i: usize) -> Option<usize> {

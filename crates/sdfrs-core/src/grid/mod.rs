@@ -171,6 +171,10 @@ impl Grid {
     pub fn lipschitz(&self) -> f64 {
         self.slopes.whole
     }
+    /// Magnitudes up to this are the field's own; infinite for dense grids.
+    pub fn band(&self) -> f64 {
+        self.bricks().map_or(f64::INFINITY, |b| b.band().into())
+    }
     /// Slope of what a walk sees, infinite where values or steps jump (sparse grids, per-brick rules):
     /// what may be concluded from one sample about its neighbourhood.
     pub fn strict_slope(&self, step: Step) -> f64 {
