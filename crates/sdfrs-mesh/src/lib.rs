@@ -9,6 +9,7 @@ mod meshes;
 pub mod check;
 pub mod error;
 pub mod mesh;
+pub mod read;
 pub mod sign;
 
 pub use error::MeshError;
