@@ -230,7 +230,9 @@ def _convert(args: argparse.Namespace) -> None:
         return
     print(output)
     kind = "sparse" if texture.sparse else "dense"
-    print(f"{nx} x {ny} x {nz} nodes, {kind} {texture.dtype}, {texture.nbytes:,} bytes, max error {texture.max_error:.3g}")
+    print(
+        f"{nx} x {ny} x {nz} nodes, {kind} {texture.dtype}, {texture.nbytes:,} bytes, max error {texture.max_error:.3g}"
+    )
     if texture.report is not None:
         print(texture.report)
 

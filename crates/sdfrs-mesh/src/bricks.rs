@@ -38,9 +38,9 @@ pub struct Bricks<'a> {
     /// The descent's axis along each of the brick's.
     stride: [usize; 3],
     /// Their places, in bricks along the descent's axes, and nodes.
-    keys: Vec<[u32; 3]>,
-    nodes: Vec<f32>,
-    far: Vec<(Cell, Far)>,
+    pub(crate) keys: Vec<[u32; 3]>,
+    pub(crate) nodes: Vec<f32>,
+    pub(crate) far: Vec<(Cell, Far)>,
     /// Where the two bricks of the present cell begin.
     open: [Option<usize>; 2],
 }
@@ -54,6 +54,18 @@ impl<'a> Bricks<'a> {
     fn start(&self, cell: &Cell) -> Option<usize> {
         let base = self.open[(cell.origin[2] >> 3 & 1) as usize]?;
         Some(base + (0..3).map(|a| (cell.origin[a] & 7) as usize * self.stride[a]).sum::<usize>())
+    }
+}
+
+impl Bricks<'_> {
+    /// A brick's own nodes: where they are on the grid (descent's axes), and in `nodes`.
+    pub fn own_nodes(&self, brick: usize) -> impl Iterator<Item = ([u32; 3], usize)> + '_ {
+        let key = self.keys[brick];
+        (0..SIDE.pow(3)).map(move |n| {
+            let at = [n / 64, n / 8 % 8, n % 8];
+            let place = brick * VOLUME + (0..3).map(|a| at[a] as usize * self.stride[a]).sum::<usize>();
+            (std::array::from_fn(|a| key[a] * SIDE + at[a]), place)
+        })
     }
 }
 
@@ -94,9 +106,8 @@ impl Sink for Bricks<'_> {
         let Some(start) = self.start(cell) else { return };
         let Units { scale, band } = self.units;
         for lane in 0..16 {
-            let offset = place(lane);
-            let inside = (0..3).all(|a| (cell.lo[a]..cell.hi[a]).contains(&(cell.origin[a] + offset[a])));
-            if inside {
+            if cell.has(lane) {
+                let offset = place(lane);
                 let at = start + (0..3).map(|a| offset[a] as usize * self.stride[a]).sum::<usize>();
                 self.nodes[at] = (values[lane] * scale).min(band).max(-band);
             }
@@ -254,8 +265,10 @@ impl<'g> Assembly<'g> {
             if to == NONE {
                 continue;
             }
-            if nodes[range.clone()].iter().all(|v| v.abs() >= band) {
-                far[to as usize] = if nodes[range.start] < 0.0 { -least } else { least };
+            // Around an open mesh signs may change far from it.
+            let first = nodes[range.start];
+            if first.abs() >= band && nodes[range.clone()].iter().all(|v| *v == first) {
+                far[to as usize] = least.copysign(first);
                 continue;
             }
             table[to as usize] = kept as u32;

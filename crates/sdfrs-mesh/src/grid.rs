@@ -78,6 +78,12 @@ impl Cell {
         }
     }
 
+    /// Whether a leaf's node is one of the cell's.
+    pub fn has(&self, lane: usize) -> bool {
+        let at = place(lane);
+        (0..3).all(|a| (self.lo[a]..self.hi[a]).contains(&(self.origin[a] + at[a])))
+    }
+
     pub fn count(&self) -> u64 {
         (0..3).map(|a| u64::from(self.hi[a].saturating_sub(self.lo[a]))).product()
     }

@@ -6,11 +6,12 @@
 
 use std::{fmt, str::FromStr};
 
-use sdfrs_core::{Hits, Limits, Program, Rays, SceneError, Shape, eval, pool};
+use sdfrs_core::{Hits, Limits, Program, Rays, SceneError, Shape, contract, eval, pool};
 use sdfrs_trace::{
-    Camera, TraceError, Tracer, march,
+    Camera, TraceError, Tracer,
     render::{self, Picture, Scene},
     stats::Summary,
+    voxel,
 };
 
 use crate::Control;
@@ -257,7 +258,8 @@ fn cpu_trace<T: eval::Native>(
 ) -> Result<(Hits<T>, Summary), TraceError> {
     let program = Program::<T>::for_tracing(shape)?;
     let start = std::time::Instant::now();
-    let hits = march::trace(&program, tracer, rays, limits, control)?;
+    contract::check_spans(rays.origins.len(), &rays.t_min, &rays.t_max, tracer.needs_finite_range())?;
+    let hits = voxel::trace(shape, &program, tracer, rays, limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
     let summary = Summary::of(&hits, seconds, shape.lipschitz());
     Ok((hits, summary))
