@@ -13,7 +13,7 @@ use crate::{
 
 /// A number an op kernel can work on.
 pub trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy + 'static + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     type S: Scalar;
     fn splat(s: Self::S) -> Self;

@@ -50,6 +50,13 @@ impl<T: Scalar> Tape<T> {
             slot_of[i as usize] = i;
         }
         let mut ins = Vec::with_capacity(order.len());
+        // Whether an instruction is the only user of the one before, and by its first operand.
+        let mut chained = vec![false; order.len()];
+        for (i, &id) in order.iter().enumerate().skip(1) {
+            let (node, before) = (&graph.nodes[(id - INPUTS) as usize], order[i - 1]);
+            let joins = graph.nodes[(before - INPUTS) as usize].op.joins() && node.op.joins();
+            chained[i] = joins && node.a[0] == before && uses[before as usize] == 1;
+        }
         for &id in order {
             let node = graph.nodes[(id - INPUTS) as usize];
             let mut a = [0; 4];
@@ -71,7 +78,8 @@ impl<T: Scalar> Tape<T> {
             ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
         }
         for i in (1..ins.len()).rev() {
-            if ins[i - 1].op == ins[i].op {
+            let together = if ins[i].op.joins() { chained[i] } else { ins[i - 1].op == ins[i].op };
+            if together {
                 ins[i - 1].run = ins[i].run.checked_add(1).unwrap_or(1);
             }
         }
@@ -93,7 +101,9 @@ impl<T: Scalar> Tape<T> {
             let run = match i.run {
                 0 => false,
                 1 => true,
-                n => self.ins.get(at + 1).is_some_and(|next| next.op == i.op && next.run == n - 1),
+                n => self.ins.get(at + 1).is_some_and(|next| {
+                    next.run == n - 1 && (next.op == i.op || next.op.joins() && i.op.joins())
+                }),
             };
             assert!(slots && consts && run && i.d >= INPUTS, "{i:?} leaves the program's memory");
         }

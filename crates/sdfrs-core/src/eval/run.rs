@@ -277,15 +277,26 @@ macro_rules! steps {
             )*
         }
 
+        #[inline(never)]
+        #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+        #[allow(unsafe_code)]
+        unsafe fn chain<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe { crate::op::chain::<R>(run, slots, width, t) }
+        }
+
+        struct Table<R>(std::marker::PhantomData<R>);
+        impl<R: Real> Table<R> {
+            /// A function for each op; those that join share one.
+            const STEPS: &'static [super::Step<R>] =
+                &[$(if Op::$op.joins() { chain::<R> } else { arm::$op::<R> }),*];
+        }
+
         #[inline(always)]
         #[allow(unsafe_code)]
         pub unsafe fn step<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
-            // SAFETY: passed on.
-            unsafe {
-                match run.get_unchecked(0).op {
-                    $(Op::$op => arm::$op::<R>(run, slots, width, t),)*
-                }
-            }
+            // SAFETY: passed on; the table has a row for every op, in their order.
+            unsafe { Table::<R>::STEPS.get_unchecked(run.get_unchecked(0).op as usize)(run, slots, width, t) }
         }
     };
 }
