@@ -45,19 +45,29 @@ impl Line {
     }
 }
 
-/// Rays of a pinhole camera, tile by tile.
+/// The ray of a pinhole camera through a pixel.
+fn ray(side: usize, x: usize, y: usize) -> Line {
+    let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
+    let d = [u - 0.14, v - 0.28, -1.0];
+    let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+    Line { o: [0.6, 1.2, 4.2], d: d.map(|v| v / n) }
+}
+
+/// All rays of a picture, tile by tile.
 pub fn picture(side: usize) -> Vec<Line> {
+    nested(side, [TILE, TILE])
+}
+
+/// The same in tiles of tiles.
+pub fn nested(side: usize, tiles: [usize; 2]) -> Vec<Line> {
+    let [outer, inner] = tiles;
+    let corners = |n: usize, step: usize| {
+        (0..n).step_by(step).flat_map(move |y| (0..n).step_by(step).map(move |x| (x, y)))
+    };
     let mut lines = Vec::with_capacity(side * side);
-    let eye = [0.6f32, 1.2, 4.2];
-    for ty in 0..side / TILE {
-        for tx in 0..side / TILE {
-            for k in 0..TILE * TILE {
-                let (x, y) = (tx * TILE + k % TILE, ty * TILE + k / TILE);
-                let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
-                let d = [u - 0.14, v - 0.28, -1.0];
-                let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-                lines.push(Line { o: eye, d: d.map(|v| v / n) });
-            }
+    for (ox, oy) in corners(side, outer) {
+        for (ix, iy) in corners(outer, inner) {
+            lines.extend(corners(inner, 1).map(|(x, y)| ray(side, ox + ix + x, oy + iy + y)));
         }
     }
     lines
@@ -71,13 +81,7 @@ pub struct Totals {
 }
 
 pub fn scalar(scene: &Scene, lines: &[Line]) -> Totals {
-    let mut sum = Totals { hits: 0, steps: 0 };
-    for line in lines {
-        let end = scene.hand.ray(line);
-        sum.hits += usize::from(end.hit);
-        sum.steps += u64::from(end.steps);
-    }
-    sum
+    scene.hand.rays(lines)
 }
 
 /// Waves of one tile after the other through fidget's JIT.

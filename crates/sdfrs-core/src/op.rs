@@ -50,7 +50,7 @@ pub trait Memory<R>: Copy {
 /// Nothing, but LLVM cannot know: it would turn a loop over packs into gathers across packs, 20 times slower.
 #[inline(always)]
 #[allow(unsafe_code)]
-fn opaque() {
+pub(crate) fn opaque() {
     // SAFETY: no instruction at all.
     unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
 }
@@ -299,6 +299,10 @@ ops! {
 }
 
 impl Op {
+    /// What no scene names: the tape makes these of others.
+    pub const FUSED: &'static [Op] =
+        &[Op::MulAdd, Op::MulSub, Op::SubMul, Op::MulMulAdd, Op::MulMulSub, Op::MulAddC, Op::Mul3, Op::Cut];
+
     /// Whether the op joins its second operand to the first: such instructions form chains.
     pub const fn joins(self) -> bool {
         matches!(self, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::Cut)
@@ -318,7 +322,8 @@ pub unsafe fn chain<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t
     let mut g = 0;
     // SAFETY: passed on; `g` and `g + 1` are below `width`.
     unsafe {
-        let (from, to) = (slots.find(run.get_unchecked(0).a[0]), slots.find(run.get_unchecked(run.len() - 1).d));
+        let (from, to) =
+            (slots.find(run.get_unchecked(0).a[0]), slots.find(run.get_unchecked(run.len() - 1).d));
         while g < width {
             let two = g + 1 < width;
             let next = if two { g + 1 } else { g };
