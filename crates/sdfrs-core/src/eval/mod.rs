@@ -4,6 +4,7 @@
 //! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
 
 mod run;
+mod vectorise;
 
 use crate::{
     error::SceneError,
@@ -18,6 +19,7 @@ use crate::{
 
 use run::{Batch, Slots};
 pub use run::{Isa, isa};
+pub use vectorise::{Kernel, vectorise};
 
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
@@ -47,7 +49,7 @@ pub trait Native: Scalar {
 /// # Safety
 /// The type must have the size of `WIDTH` scalars, and any scalars must be a valid pack.
 #[allow(unsafe_code)]
-pub unsafe trait Lanes: Real {
+pub unsafe trait Lanes: Real + Send + Sync {
     const WIDTH: usize;
     /// The first `WIDTH` values; the last one again where there are fewer.
     fn load(src: &[Self::S]) -> Self;
