@@ -33,6 +33,7 @@ pub mod number;
 pub mod packet;
 pub mod pruned_peer;
 pub mod scenes;
+pub mod tables;
 pub mod trace;
 
 use sdfrs_core::{Program, Scratch, Shape};

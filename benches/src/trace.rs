@@ -133,6 +133,10 @@ impl Batch {
     }
 
     pub fn trace(&self, field: &Program<f32>) -> Totals {
+        self.walk(field, &Tracer::Basic { guards: true })
+    }
+
+    pub fn walk(&self, field: &Program<f32>, tracer: &Tracer) -> Totals {
         let rays = Rays {
             origins: &self.origins,
             directions: &self.directions,
@@ -140,7 +144,7 @@ impl Batch {
             t_max: Span::All(T_MAX),
         };
         let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0 };
-        let hits = trace(field, &Tracer::Basic { guards: false }, &rays, &limits, &Control::new()).unwrap();
+        let hits = trace(field, tracer, &rays, &limits, &Control::new()).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
         Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
     }

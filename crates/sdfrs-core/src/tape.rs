@@ -50,20 +50,14 @@ impl<T: Scalar> Tape<T> {
             slot_of[i as usize] = i;
         }
         let mut ins = Vec::with_capacity(order.len());
-        // Whether an instruction is the only user of the one before, and by its first operand.
-        let mut chained = vec![false; order.len()];
-        for (i, &id) in order.iter().enumerate().skip(1) {
-            let (node, before) = (&graph.nodes[(id - INPUTS) as usize], order[i - 1]);
-            let joins = graph.nodes[(before - INPUTS) as usize].op.joins() && node.op.joins();
-            chained[i] = joins && node.a[0] == before && uses[before as usize] == 1;
-        }
         for &id in order {
             let node = graph.nodes[(id - INPUTS) as usize];
             let mut a = [0; 4];
             for (slot, &operand) in a.iter_mut().zip(operands(graph, id)) {
                 *slot = slot_of[operand as usize];
             }
-            for &operand in operands(graph, id) {
+            // The first operand's slot last: it is the next one taken, so that chains of joins stay in one slot.
+            for &operand in operands(graph, id).iter().rev() {
                 uses[operand as usize] -= 1;
                 // The coordinates' slots are never given away: every chunk fills them afresh.
                 if uses[operand as usize] == 0 && operand >= INPUTS {
@@ -78,8 +72,7 @@ impl<T: Scalar> Tape<T> {
             ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
         }
         for i in (1..ins.len()).rev() {
-            let together = if ins[i].op.joins() { chained[i] } else { ins[i - 1].op == ins[i].op };
-            if together {
+            if together(&ins[i - 1], &ins[i]) {
                 ins[i - 1].run = ins[i].run.checked_add(1).unwrap_or(1);
             }
         }
@@ -101,9 +94,7 @@ impl<T: Scalar> Tape<T> {
             let run = match i.run {
                 0 => false,
                 1 => true,
-                n => self.ins.get(at + 1).is_some_and(|next| {
-                    next.run == n - 1 && (next.op == i.op || next.op.joins() && i.op.joins())
-                }),
+                n => self.ins.get(at + 1).is_some_and(|next| next.run == n - 1 && together(i, next)),
             };
             assert!(slots && consts && run && i.d >= INPUTS, "{i:?} leaves the program's memory");
         }
@@ -121,6 +112,17 @@ impl<T: Scalar> Tape<T> {
     }
     pub fn tables(&self) -> Tables<'_, T> {
         Tables { consts: &self.consts, grids: &self.grids }
+    }
+}
+
+/// Whether an instruction can share the jump of the one before: both have one op, or both join, the second
+/// to the first's result and in its place, so that nobody else can ask for that.
+fn together(before: &Ins, ins: &Ins) -> bool {
+    if before.op.joins() || ins.op.joins() {
+        let follows = ins.a[0] == before.d && ins.d == before.d && ins.a[1] != before.d;
+        before.op.joins() && ins.op.joins() && follows
+    } else {
+        before.op == ins.op
     }
 }
 

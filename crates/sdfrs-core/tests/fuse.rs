@@ -116,8 +116,8 @@ fn a_fused_program_has_the_bits_of_the_plain_one() {
         let program = same!(f64, shape, name, &points);
         for ins in program.tape().instructions() {
             seen.push(ins.op);
-            runs += usize::from(ins.run > 2 && !ins.op.joins());
-            chains += usize::from(ins.run > 2 && ins.op.joins());
+            runs += usize::from(ins.run > 1 && !ins.op.joins());
+            chains += usize::from(ins.run > 1 && ins.op.joins());
         }
     }
     let forgotten: Vec<_> = Op::FUSED.iter().filter(|op| !seen.contains(op)).collect();

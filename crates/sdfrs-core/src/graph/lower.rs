@@ -290,7 +290,7 @@ impl<'a> Lower<'a, '_> {
             }
             let nodes = ids.iter().filter_map(|id| self.graph.node(*id));
             let table: Vec<f64> = nodes.flat_map(|n| self.graph.constants(n).to_vec()).collect();
-            let slope = ids.iter().map(|id| self.graph.slope(*id)).fold(0.0, f64::max);
+            let slope = ids.iter().map(|id| self.graph.known(*id).slope).fold(0.0, f64::max);
             let union = self.graph.emit(Op::SphereUnion, &a[..3], &table)?;
             self.graph.bound(union, slope, false);
             rest.push(union);
