@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs", "sdfrs-py"]
+CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs-gpu", "sdfrs", "sdfrs-py"]
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
@@ -28,6 +28,16 @@ ROOMS = {
         ["tracer"],
         ["march"],
         ["shade", "stats"],
+        ["render"],
+    ],
+    "sdfrs-gpu": [
+        ["contract", "error", "pace", "share"],
+        ["adapters"],
+        ["buffers", "device", "emit", "pipelines", "scene"],
+        ["field"],
+        ["camera", "dispatch", "tracer"],
+        ["march"],
+        ["shade"],
         ["render"],
     ],
 }

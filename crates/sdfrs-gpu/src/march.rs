@@ -106,7 +106,16 @@ impl Compiled {
 
 /// The modules of a march, by name.
 pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
-    let common = ["contract", "number", source, "tracer/walk", "tracer/tally", "pass/lists", "pass/march"];
+    let common = [
+        "contract",
+        "number",
+        source,
+        "tracer/walk",
+        "tracer/tally",
+        "pass/lists",
+        "pass/march",
+        "source/pair",
+    ];
     common.iter().chain(parts.modules).copied().collect()
 }
 
@@ -204,6 +213,8 @@ impl<'a> Job<'a> {
         if let From::Camera(view, t_max) = from {
             (self.params.view, self.params.t_max) = (*view, *t_max);
         }
+        // Blocks of pixels need it wherever the rays come from.
+        self.params.view.width = width.unwrap_or_default();
         let memory = self.memory(tile, matches!(from, From::Host(_)))?;
         let mut shares = Shares::default();
         let mut walked = 0.0;
