@@ -1,6 +1,6 @@
 //! A picture of rays, traced by Hart's plain loop: one ray at a time, or 32x32 rays in waves.
 
-use sdfrs_core::{Control, Limits, Program, Rays, Span, Status};
+use sdfrs_core::{Prune, Control, Limits, Program, Rays, Span, Status};
 use sdfrs_trace::{Tracer, trace};
 
 use crate::{Scene, fidget_peer::Jit};
@@ -135,7 +135,7 @@ impl Batch {
             t_min: Span::All(0.0),
             t_max: Span::All(T_MAX),
         };
-        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0 };
+        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune: Prune::Off };
         let hits = trace(field, &Tracer::Basic { guards: false }, &rays, &limits, &Control::new()).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
         Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }

@@ -48,6 +48,21 @@ pub struct Node {
     pub n: u32,
 }
 
+/// What pruning knows of a node's value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trait {
+    /// Certified slope where no repetition jumps; infinite where none is known.
+    pub slope: f64,
+    /// Size of the constants in its arithmetic: what rounding is relative to beside the point's coordinates.
+    pub size: f64,
+    /// Whether the slope holds across the jumps of repetitions as well.
+    pub everywhere: bool,
+}
+
+impl Trait {
+    const INPUT: Self = Self { slope: 1.0, size: 0.0, everywhere: true };
+}
+
 /// What makes two ops one: the op, its operands, the bits of its constants.
 type Key = (Op, [u32; 4], Box<[u64]>);
 
@@ -58,6 +73,8 @@ pub struct Graph {
     pub consts: Vec<f64>,
     pub grids: Vec<Arc<Grid>>,
     pub root: u32,
+    /// What pruning knows of each node.
+    traits: Vec<Trait>,
     known: HashMap<Key, u32>,
 }
 
@@ -97,10 +114,68 @@ impl Graph {
         }
         let (k, n) = (self.consts.len() as u32, consts.len() as u32);
         self.consts.extend_from_slice(consts);
+        let known = self.follows(op, operands, consts);
+        self.traits.push(known);
         self.nodes.push(Node { op, a, k, n });
         let id = self.nodes.len() as u32 - 1 + INPUTS;
         self.known.insert(key, id);
         Ok(id)
+    }
+
+    /// What pruning knows of a node.
+    pub fn known(&self, id: u32) -> Trait {
+        id.checked_sub(INPUTS).and_then(|i| self.traits.get(i as usize)).copied().unwrap_or(Trait::INPUT)
+    }
+
+    /// Notes that a node's value is no steeper than `slope`; `everywhere` even across the jumps of
+    /// repetitions below it.
+    fn bound(&mut self, id: u32, slope: f64, everywhere: bool) {
+        if let Some(known) = id.checked_sub(INPUTS).and_then(|i| self.traits.get_mut(i as usize)) {
+            known.slope = known.slope.min(slope);
+            known.everywhere |= everywhere && slope.is_finite();
+        }
+    }
+
+    /// What follows from the operands; primitives are bounded by their frame instead.
+    fn follows(&self, op: Op, operands: &[u32], k: &[f64]) -> Trait {
+        let at = |i: usize| self.known(operands[i]);
+        let slope = match op {
+            Op::Const => 0.0,
+            Op::Min | Op::Max | Op::Smin | Op::Smax => at(0).slope.max(at(1).slope),
+            Op::Neg | Op::Abs | Op::AddC | Op::SubC | Op::Shell | Op::Elongate | Op::Repeat => at(0).slope,
+            Op::MulC => at(0).slope * k[0].abs(),
+            Op::DivC => at(0).slope / k[0].abs(),
+            Op::Add | Op::Sub => at(0).slope + at(1).slope,
+            Op::Length2 => at(0).slope.hypot(at(1).slope),
+            Op::Length3 => at(0).slope.hypot(at(1).slope).hypot(at(2).slope),
+            Op::Dot if operands == [0, 1, 2] => k[0].hypot(k[1]).hypot(k[2]),
+            Op::Dot => (0..3).map(|i| at(i).slope * k[i].abs()).sum(),
+            _ => f64::INFINITY,
+        };
+        let own: f64 = match op {
+            Op::SphereUnion => 4.0 * k.iter().fold(0.0, |most: f64, v| most.max(v.abs())),
+            Op::Dot => k[3].abs(),
+            // Factors, not lengths.
+            Op::MulC | Op::DivC => 0.0,
+            Op::Capsule => k.iter().map(|v| v.abs()).sum::<f64>() - k[6].abs(),
+            Op::Cone => k.iter().take(6).map(|v| v.abs()).sum(),
+            Op::Gyroid => k[2].abs() + 1.0 / k[0].abs(),
+            Op::Texture | Op::TextureSafe | Op::TextureSafeNegated => self.extent(k[0] as usize),
+            _ => k.iter().map(|v| v.abs()).sum(),
+        };
+        let size = own + operands.iter().map(|id| self.known(*id).size).fold(0.0, f64::max);
+        let size = match op {
+            Op::MulC => size * k[0].abs(),
+            Op::DivC => size / k[0].abs(),
+            _ => size,
+        };
+        Trait { slope, size, everywhere: false }
+    }
+
+    /// Size of the numbers in a grid's arithmetic.
+    fn extent(&self, grid: usize) -> f64 {
+        let Some((lo, hi)) = self.grids.get(grid).map(|g| g.bounds()) else { return f64::INFINITY };
+        lo.iter().chain(&hi).map(|v| v.abs()).sum()
     }
 
     /// An op with a constant second operand, as its shorter form with the same bits.

@@ -2,22 +2,25 @@
 //!
 //! Data flows one way: `shape -> graph -> tape -> eval -> field`; see ARCHITECTURE.md.
 
+pub mod bake;
 pub mod contract;
 pub mod error;
 pub mod eval;
 pub mod field;
 pub mod file;
+mod fuse;
 pub mod graph;
 pub mod grid;
 pub mod lane;
 pub mod math;
 pub mod op;
 pub mod pool;
+pub mod prune;
 pub mod real;
 pub mod shape;
 pub mod tape;
 
-pub use contract::{Control, Hits, Limits, Rays, Span, Status};
+pub use contract::{Control, Hits, Limits, Prune, Rays, Span, Status};
 pub use error::{FormatError, SceneError};
 pub use eval::{Program, Scratch};
 pub use field::Field;

@@ -80,6 +80,8 @@ impl<R> Memory<R> for *const *mut R {
 #[repr(C)]
 pub struct Ins {
     pub op: Op,
+    /// How many instructions of this op follow from here on, this one included; never past the end.
+    pub run: u16,
     pub d: u32,
     pub a: [u32; 4],
     pub k: u32,
@@ -132,13 +134,13 @@ macro_rules! ops {
             }
         }
 
-        /// A function a row: runs one instruction over `width` values a slot.
+        /// A function a row: runs instructions of that op, one after the other, over `width` values a slot.
         ///
         /// The width is no constant: unrolled loops would multiply the code for nothing. Slots are found
         /// before the loop: a store could otherwise change where they lie.
         ///
         /// # Safety
-        /// `slots` must find `width` values, aligned or not, for every slot that `ins` names, and
+        /// For every `ins` of `run`: `slots` must find `width` values, aligned or not, for every slot it names, and
         /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
         /// ([`crate::tape::Tape`] checks both).
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
@@ -147,45 +149,51 @@ macro_rules! ops {
             use super::{Ins, Memory, Real, Step, Tables, kernel, opaque};
 
             $(#[inline(always)]
-            pub unsafe fn $sn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
-                let mut ki = 0;
-                $(let $sk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
-                let to = unsafe { slots.find(ins.d) };
-                let mut ai = 0;
-                $(let $sa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
-                for g in 0..width {
-                    $(let $sa = unsafe { $sa.add(g).read_unaligned() };)*
-                    let value = $sb;
-                    unsafe { to.add(g).write_unaligned(value) };
-                    opaque();
+            pub unsafe fn $sn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                for ins in run {
+                    let mut ki = 0;
+                    $(let $sk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                    let to = unsafe { slots.find(ins.d) };
+                    let mut ai = 0;
+                    $(let $sa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                    for g in 0..width {
+                        $(let $sa = unsafe { $sa.add(g).read_unaligned() };)*
+                        let value = $sb;
+                        unsafe { to.add(g).write_unaligned(value) };
+                        opaque();
+                    }
                 }
             })*
             $(#[inline(always)]
-            pub unsafe fn $pn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
-                let mut ki = 0;
-                $(let $pk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
-                let to = unsafe { slots.find(ins.d) };
-                let mut ai = 0;
-                $(let $pa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
-                for g in 0..width {
-                    $(let $pa = unsafe { $pa.add(g).read_unaligned() };)*
-                    let value = $pb;
-                    unsafe { to.add(g).write_unaligned(value) };
-                    opaque();
+            pub unsafe fn $pn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                for ins in run {
+                    let mut ki = 0;
+                    $(let $pk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                    let to = unsafe { slots.find(ins.d) };
+                    let mut ai = 0;
+                    $(let $pa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                    for g in 0..width {
+                        $(let $pa = unsafe { $pa.add(g).read_unaligned() };)*
+                        let value = $pb;
+                        unsafe { to.add(g).write_unaligned(value) };
+                        opaque();
+                    }
                 }
             })*
             $(#[inline(always)]
-            pub unsafe fn $tn<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
-                let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
-                let $tg = t.grids;
-                let to = unsafe { slots.find(ins.d) };
-                let mut ai = 0;
-                $(let $ta = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
-                for g in 0..width {
-                    $(let $ta = unsafe { $ta.add(g).read_unaligned() };)*
-                    let value = $tb;
-                    unsafe { to.add(g).write_unaligned(value) };
-                    opaque();
+            pub unsafe fn $tn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                for ins in run {
+                    let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
+                    let $tg = t.grids;
+                    let to = unsafe { slots.find(ins.d) };
+                    let mut ai = 0;
+                    $(let $ta = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
+                    for g in 0..width {
+                        $(let $ta = unsafe { $ta.add(g).read_unaligned() };)*
+                        let value = $tb;
+                        unsafe { to.add(g).write_unaligned(value) };
+                        opaque();
+                    }
                 }
             })*
         }
@@ -197,12 +205,13 @@ macro_rules! ops {
         #[inline(always)]
         #[allow(unsafe_code)]
         pub unsafe fn execute<R: Real>(ins: &Ins, slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+            let run = std::slice::from_ref(ins);
             // SAFETY: passed on.
             unsafe {
                 match ins.op {
-                    $(Op::$sn => arm::$sn::<R>(ins, slots, width, t),)*
-                    $(Op::$pn => arm::$pn::<R>(ins, slots, width, t),)*
-                    $(Op::$tn => arm::$tn::<R>(ins, slots, width, t),)*
+                    $(Op::$sn => arm::$sn::<R>(run, slots, width, t),)*
+                    $(Op::$pn => arm::$pn::<R>(run, slots, width, t),)*
+                    $(Op::$tn => arm::$tn::<R>(run, slots, width, t),)*
                 }
             }
         }
@@ -268,6 +277,17 @@ ops! {
         Cone "cone" (x, y, z) [cx, cy, cz, half, r0, r1, inv] => kernel::cone(x - cx, y - cy, z - cz, half, r0, r1, inv);
         Ellipsoid "ellipsoid" (x, y, z) [cx, cy, cz, rx, ry, rz, least] => (R::len3((x - cx) / rx, (y - cy) / ry, (z - cz) / rz) - R::c(1.0)) * least;
         Gyroid "gyroid" (x, y, z) [freq, inv, half] => kernel::gyroid(x * freq, y * freq, z * freq).abs() * inv - half;
+        // What the tape makes of pairs (fuse.rs); scenes never name these.
+        MulAdd "mul_add" (a, b, c) [] => a * b + c;
+        MulSub "mul_sub" (a, b, c) [] => a * b - c;
+        SubMul "sub_mul" (a, b, c) [] => a - b * c;
+        MulMulAdd "mul_mul_add" (a, b, c, d) [] => a * b + c * d;
+        MulMulSub "mul_mul_sub" (a, b, c, d) [] => a * b - c * d;
+        MulAddC "mul_add_const" (a) [m, c] => a * m + c;
+        Mul3 "mul3" (a, b, c) [] => a * b * c;
+        Min3 "min3" (a, b, c) [] => a.min(b).min(c);
+        Min4 "min4" (a, b, c, d) [] => a.min(b).min(c).min(d);
+        Cut "cut" (a, b) [] => a.max(-b);
     }
     // Ops over a table of constants of any length, or over a grid.
     table {

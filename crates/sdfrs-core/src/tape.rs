@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::{
+    fuse,
     graph::{Graph, INPUTS},
     grid::Grid,
-    op::{Ins, Tables},
+    op::{Ins, Op, Tables},
     real::Scalar,
 };
 
@@ -16,16 +17,27 @@ use crate::{
 pub struct Tape<T> {
     ins: Vec<Ins>,
     consts: Vec<T>,
-    grids: Vec<Arc<Grid>>,
+    grids: Arc<[Arc<Grid>]>,
     slots: u32,
     root: u32,
 }
 
 impl<T: Scalar> Tape<T> {
+    /// The program that runs fastest: pairs fused, instructions of one kind side by side.
     pub fn new(graph: &Graph) -> Self {
-        let order = order(graph);
+        let fused = fuse::fuse(graph, true);
+        let order = fuse::arrange(&fused, &order(&fused));
+        Self::in_order(&fused, &order)
+    }
+
+    /// The graph's ops one by one.
+    pub fn plain(graph: &Graph) -> Self {
+        Self::in_order(graph, &order(graph))
+    }
+
+    fn in_order(graph: &Graph, order: &[u32]) -> Self {
         let mut uses = vec![0u32; graph.nodes.len() + INPUTS as usize];
-        for &id in &order {
+        for &id in order {
             for operand in operands(graph, id) {
                 uses[*operand as usize] += 1;
             }
@@ -38,7 +50,7 @@ impl<T: Scalar> Tape<T> {
             slot_of[i as usize] = i;
         }
         let mut ins = Vec::with_capacity(order.len());
-        for &id in &order {
+        for &id in order {
             let node = graph.nodes[(id - INPUTS) as usize];
             let mut a = [0; 4];
             for (slot, &operand) in a.iter_mut().zip(operands(graph, id)) {
@@ -56,23 +68,70 @@ impl<T: Scalar> Tape<T> {
                 slots - 1
             });
             slot_of[id as usize] = d;
-            ins.push(Ins { op: node.op, d, a, k: node.k, n: node.n });
+            ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
         }
         let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
-        let tape =
-            Self { ins, consts, grids: graph.grids.clone(), slots, root: slot_of[graph.root as usize] };
-        tape.check();
+        let grids = graph.grids.clone().into();
+        Self::of(ins, consts, grids, slots, slot_of[graph.root as usize])
+    }
+
+    /// A program of instructions in order, checked.
+    fn of(ins: Vec<Ins>, consts: Vec<T>, grids: Arc<[Arc<Grid>]>, slots: u32, root: u32) -> Self {
+        let mut tape = Self { ins, consts, grids, slots, root };
+        tape.finish();
         tape
+    }
+
+    /// Counts the runs of one op, and checks.
+    fn finish(&mut self) {
+        for i in (0..self.ins.len()).rev() {
+            let same = self.ins.get(i + 1).filter(|next| next.op == self.ins[i].op).map_or(0, |next| next.run);
+            self.ins[i].run = same.checked_add(1).unwrap_or(1);
+        }
+        self.check();
+    }
+
+    /// Rewrites the program in place, so that no memory has to be asked for: `fill` gets the instructions
+    /// and constants, both empty, and gives the number of slots and the root's.
+    pub fn rewrite(&mut self, grids: &Arc<[Arc<Grid>]>, fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32)) {
+        self.ins.clear();
+        self.consts.clear();
+        if !Arc::ptr_eq(&self.grids, grids) {
+            self.grids = grids.clone();
+        }
+        (self.slots, self.root) = fill(&mut self.ins, &mut self.consts);
+        self.finish();
+    }
+
+    /// A program that isn't one yet: the point's x.
+    pub fn blank() -> Self {
+        Self::of(Vec::new(), Vec::new(), Arc::new([]), INPUTS, 0)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.ins.capacity() * size_of::<Ins>() + self.consts.capacity() * size_of::<T>()
+    }
+
+    /// Operations run for a point: every sphere of a union counts.
+    pub fn ops(&self) -> u64 {
+        self.ins.iter().map(|i| if i.op == Op::SphereUnion { u64::from(i.n / 4) } else { 1 }).sum()
     }
 
     /// The promise behind the evaluator's `unsafe`.
     fn check(&self) {
-        for i in &self.ins {
+        for (at, i) in self.ins.iter().enumerate() {
             let slots = i.a[..i.op.arity()].iter().chain([&i.d]).all(|s| *s < self.slots);
             let consts = (i.k as usize + i.n as usize) <= self.consts.len()
                 && i.op.constants().is_none_or(|n| n == i.n as usize);
             // Inputs may lie in the caller's slices: nothing is ever written there.
-            assert!(slots && consts && i.d >= INPUTS, "{i:?} leaves the program's memory");
+            // A run of n is followed by one of n - 1, so that none leaves the program.
+            let run = match i.run {
+                0 => false,
+                1 => true,
+                n => self.ins.get(at + 1).is_some_and(|next| next.op == i.op && next.run == n - 1),
+            };
+            assert!(slots && consts && run && i.d >= INPUTS, "{i:?} leaves the program's memory");
         }
         assert!(self.root < self.slots);
     }
@@ -91,12 +150,12 @@ impl<T: Scalar> Tape<T> {
     }
 }
 
-fn operands(graph: &Graph, id: u32) -> &[u32] {
+pub(crate) fn operands(graph: &Graph, id: u32) -> &[u32] {
     graph.node(id).map_or(&[], |n| &n.a[..n.op.arity()])
 }
 
 /// Nodes the root needs, each after its operands and as late as the first use allows.
-fn order(graph: &Graph) -> Vec<u32> {
+pub(crate) fn order(graph: &Graph) -> Vec<u32> {
     let mut done = vec![false; graph.nodes.len() + INPUTS as usize];
     let mut out = Vec::with_capacity(graph.nodes.len());
     let mut stack = vec![(graph.root, 0usize)];

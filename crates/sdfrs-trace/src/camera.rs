@@ -158,6 +158,11 @@ impl Frame {
         }
     }
 
+    /// Pixels of a row.
+    pub fn width(&self) -> usize {
+        self.width as usize
+    }
+
     /// The ray of the `i`-th pixel, row by row.
     pub fn pixel(&self, i: u64) -> ([f64; 3], [f64; 3]) {
         // Both fit: a checked camera has at most 65536 columns and rows.

@@ -18,10 +18,11 @@ use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march::{self, Ray, Source},
+    march::{Ray, Source},
     shade::{PointLight, Surface, normal::Gradients},
     stats::Summary,
     tracer::Tracer,
+    voxel,
 };
 
 /// Consecutive pixels shaded by one worker at a time.
@@ -89,8 +90,16 @@ impl<T: Native> Source<T> for CameraRays<T> {
     fn count(&self) -> usize {
         self.count
     }
+    fn width(&self) -> Option<usize> {
+        Some(self.frame.width())
+    }
     fn ray(&self, i: usize) -> Ray<T> {
-        let (o, d) = self.frame.pixel(i as u64);
+        let width = self.frame.width();
+        self.at(i % width, i / width)
+    }
+    fn at(&self, x: usize, y: usize) -> Ray<T> {
+        // Both fit: a checked camera has at most 65536 columns and rows.
+        let (o, d) = self.frame.ray(x as u32, y as u32);
         let d = d.map(T::of);
         // As `check_rays` does for rays that come as a batch, so that both give the same bits.
         let length = T::len3(d[0], d[1], d[2]);
@@ -110,8 +119,8 @@ pub fn trace_camera<T: Native>(
     let program = Program::<T>::for_tracing(shape)?;
     let rays = CameraRays::new(camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
-    let summary = summarise(shape, &program, &hits, start.elapsed().as_secs_f64());
+    let hits = voxel::trace(shape, &program, tracer, &rays, limits, control)?;
+    let summary = summarise(shape, &hits, start.elapsed().as_secs_f64());
     Ok((hits, summary))
 }
 
@@ -128,7 +137,7 @@ pub fn render<T: Native>(
     let program = Program::<T>::for_tracing(scene.shape)?;
     let rays = CameraRays::new(scene.camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
+    let hits = voxel::trace(scene.shape, &program, tracer, &rays, limits, control)?;
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let (normals, rgb) = Shading { program: &program, rays: &rays, scene, hits: &hits }.run(control)?;
@@ -138,14 +147,14 @@ pub fn render<T: Native>(
         height: scene.camera.height,
         normals,
         rgb,
-        summary: summarise(scene.shape, &program, &hits, trace_seconds),
+        summary: summarise(scene.shape, &hits, trace_seconds),
         hits,
         timings: Timings { trace_seconds, shade_seconds },
     })
 }
 
-fn summarise<T: Native>(shape: &Shape, program: &Program<T>, hits: &Hits<T>, seconds: f64) -> Summary {
-    Summary::of(hits, seconds, shape.lipschitz(), program.tape().instructions().len() as u64)
+fn summarise<T: Native>(shape: &Shape, hits: &Hits<T>, seconds: f64) -> Summary {
+    Summary::of(hits, seconds, shape.lipschitz())
 }
 
 /// Normals and colours.

@@ -4,13 +4,18 @@
 //! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
 
 mod run;
+mod vectorise;
+
+use std::sync::Arc;
 
 use crate::{
     error::SceneError,
     field::Field,
     graph::{Form, Graph},
     lane::{Dual, Iv, Pack},
-    op::{Tables, execute},
+    grid::Grid,
+    op::{Ins, Tables, execute},
+    prune::Pruner,
     real::{Real, Scalar},
     shape::Shape,
     tape::Tape,
@@ -18,6 +23,7 @@ use crate::{
 
 use run::{Batch, Slots};
 pub use run::{Isa, isa};
+pub use vectorise::{Kernel, vectorise};
 
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
@@ -47,7 +53,7 @@ pub trait Native: Scalar {
 /// # Safety
 /// The type must have the size of `WIDTH` scalars, and any scalars must be a valid pack.
 #[allow(unsafe_code)]
-pub unsafe trait Lanes: Real {
+pub unsafe trait Lanes: Real + Send + Sync {
     const WIDTH: usize;
     /// The first `WIDTH` values; the last one again where there are fewer.
     fn load(src: &[Self::S]) -> Self;
@@ -115,16 +121,32 @@ impl<T: Native> Default for Scratch<T> {
     }
 }
 
+impl<T: Native> Scratch<T> {
+    /// A slot's values after a program has been run over a single pack.
+    pub(crate) fn slot(&self, slot: usize) -> &T::Lanes {
+        self.lanes.only(slot)
+    }
+}
+
+impl<T: Native> Tape<T> {
+    /// Values at points given coordinate by coordinate; all slices have one length.
+    pub fn run(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        T::values(isa(), self, scratch, &p, out);
+    }
+}
+
 /// A shape ready to be evaluated.
 #[derive(Debug, Clone)]
 pub struct Program<T: Native> {
     tape: Tape<T>,
+    /// Shortens the program place by place, for walks.
+    pruner: Option<Arc<Pruner>>,
 }
 
 impl<T: Native> Program<T> {
     /// The field's values.
     pub fn values(shape: &Shape) -> Result<Self, SceneError> {
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?) })
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?), pruner: None })
     }
 
     /// The field that tracers walk: each part divided by its Lipschitz bound, textures by their safe step.
@@ -137,7 +159,21 @@ impl<T: Native> Program<T> {
             let message = "no finite Lipschitz bound is known, allowed: shapes with one; declare it by with_lipschitz(L)";
             return Err(SceneError::new(shape.op(), message));
         }
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Walk)?) })
+        let graph = Graph::new(shape, Form::Walk)?;
+        Ok(Self { tape: Tape::new(&graph), pruner: Pruner::new(&graph).map(Arc::new) })
+    }
+
+    /// A program to be written over.
+    pub fn blank() -> Self {
+        Self { tape: Tape::blank(), pruner: None }
+    }
+
+    pub(crate) fn rewrite(
+        &mut self,
+        grids: &Arc<[Arc<Grid>]>,
+        fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32),
+    ) {
+        self.tape.rewrite(grids, fill);
     }
 
     pub fn tape(&self) -> &Tape<T> {
@@ -169,12 +205,18 @@ impl<T: Native> Field<T> for Program<T> {
     fn eval(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         self.evaluate(scratch, p, out);
     }
+    fn ops(&self) -> u64 {
+        self.tape.ops()
+    }
+    fn pruner(&self) -> Option<&Pruner> {
+        self.pruner.as_deref()
+    }
 }
 
 /// Certified range of a shape's values over a box.
 #[allow(unsafe_code)]
 pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64), SceneError> {
-    let tape = Tape::<f64>::new(&Graph::new(shape, Form::Value)?);
+    let tape = Tape::<f64>::plain(&Graph::new(shape, Form::Value)?);
     let mut slots = vec![Iv::ALL; tape.slots()];
     for i in 0..3 {
         slots[i] = Iv::new(lo[i], hi[i]);

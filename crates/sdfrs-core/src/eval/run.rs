@@ -78,8 +78,8 @@ fn detect() -> Isa {
     Isa::Baseline
 }
 
-/// One instruction over so many packs.
-type Step<R> = unsafe fn(&Ins, *const *mut R, usize, &Tables<<R as Real>::S>);
+/// Instructions of one op over so many packs.
+type Step<R> = unsafe fn(&[Ins], *const *mut R, usize, &Tables<<R as Real>::S>);
 
 /// Points of one call, coordinate by coordinate.
 pub type Batch<'a, S> = [&'a [S]; 3];
@@ -87,11 +87,12 @@ pub type Batch<'a, S> = [&'a [S]; 3];
 /// A worker's memory for one kind of number; grows to what the largest tape needs and is used again.
 pub struct Slots<R> {
     values: Vec<R>,
-    /// Where each slot lies.
+    /// Where each slot lies: `width` values each, one slot after the other.
     at: Vec<*mut R>,
+    width: usize,
 }
 
-// SAFETY: the pointers are dead between calls; every call writes them before it reads them.
+// SAFETY: the pointers lead into `values` between calls, and nobody follows them then.
 #[allow(unsafe_code)]
 unsafe impl<R: Send> Send for Slots<R> {}
 #[allow(unsafe_code)]
@@ -99,23 +100,66 @@ unsafe impl<R: Sync> Sync for Slots<R> {}
 
 impl<R: Real> Slots<R> {
     pub const fn new() -> Self {
-        Self { values: Vec::new(), at: Vec::new() }
+        Self { values: Vec::new(), at: Vec::new(), width: 0 }
     }
 
-    /// Memory for `slots` slots of `width` values.
+    /// Memory for `slots` slots of `width` values; a list of places that fits already is kept.
+    #[inline(always)]
     fn reserve(&mut self, slots: usize, width: usize) {
+        if self.width != width || self.at.len() < slots {
+            self.lay_out(slots, width);
+        }
+    }
+
+    #[inline(never)]
+    fn lay_out(&mut self, slots: usize, width: usize) {
         if self.values.len() < slots * width {
             self.values.resize(slots * width, R::c(0.0));
         }
-        self.at.clear();
         let base = self.values.as_mut_ptr();
+        self.at.clear();
         self.at.extend((0..slots).map(|s| base.wrapping_add(s * width)));
+        self.width = width;
+    }
+
+    /// A slot's values where it has a single one.
+    pub fn only(&self, slot: usize) -> &R {
+        debug_assert_eq!(self.width, 1);
+        &self.values[slot]
+    }
+
+    /// A slot's place in this memory.
+    #[inline(always)]
+    fn own(&mut self, slot: usize) -> *mut R {
+        self.values.as_mut_ptr().wrapping_add(slot * self.width)
     }
 }
 
-/// Packs a slot, at least 4 and at most CHUNK.
-fn chunk<R>(slots: usize) -> usize {
-    (CACHE / (slots * size_of::<R>())).clamp(CHUNK / 4, CHUNK)
+/// Packs a slot, at least 4 and at most CHUNK; no more than `packs`.
+#[inline(always)]
+fn chunk<R>(slots: usize, packs: usize) -> usize {
+    if packs <= CHUNK / 4 {
+        return packs;
+    }
+    (CACHE / (slots * size_of::<R>())).clamp(CHUNK / 4, CHUNK).min(packs)
+}
+
+/// The whole program.
+///
+/// # Safety
+/// As for `step`; runs must not reach past the end.
+#[inline(always)]
+#[allow(unsafe_code)]
+unsafe fn run<R: Real>(step: Step<R>, ins: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+    let (mut at, end) = (0, ins.len());
+    while at < end {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let run = usize::from(ins.get_unchecked(at).run);
+            step(ins.get_unchecked(at..at + run), slots, width, t);
+            at += run;
+        }
+    }
 }
 
 /// Values of a batch. Full packs are read from the caller's slices and written to them in place; a
@@ -131,17 +175,13 @@ unsafe fn values<L: Lanes>(
 ) {
     let t: Tables<L::S> = tape.tables();
     let (n, root) = (out.len(), tape.root());
-    let most = chunk::<L>(tape.slots());
-    let mut width = usize::MAX;
+    let most = chunk::<L>(tape.slots(), n.div_ceil(L::WIDTH));
     let mut at = 0;
     while at < n {
         let packs = (n - at).div_ceil(L::WIDTH).min(most);
         let count = (n - at).min(packs * L::WIDTH);
         let whole = count == packs * L::WIDTH;
-        if packs != width || !whole {
-            memory.reserve(tape.slots(), packs);
-            width = packs;
-        }
+        memory.reserve(tape.slots(), packs);
         let place = memory.at.as_mut_ptr();
         // SAFETY: the slices have one length and `at + count` does not exceed it. A slot's memory holds
         // `packs * WIDTH` scalars, as do the slices from `at` on where the chunk is `whole`. No
@@ -152,7 +192,9 @@ unsafe fn values<L: Lanes>(
                 if whole {
                     *place.add(axis) = from as *mut L;
                 } else {
-                    let to = (*place.add(axis)).cast::<L::S>();
+                    let own = memory.own(axis);
+                    *place.add(axis) = own;
+                    let to = own.cast::<L::S>();
                     std::ptr::copy_nonoverlapping(from, to, count);
                     for i in count..packs * L::WIDTH {
                         *to.add(i) = *from.add(count - 1);
@@ -165,10 +207,11 @@ unsafe fn values<L: Lanes>(
             if inside {
                 *place.add(root) = target.cast::<L>();
             }
-            for ins in tape.instructions() {
-                step(ins, place.cast_const(), packs, &t);
-            }
-            if !inside {
+            run(step, tape.instructions(), place.cast_const(), packs, &t);
+            if inside {
+                // The caller's memory is out of reach from now on.
+                *place.add(root) = memory.own(root);
+            } else {
                 std::ptr::copy_nonoverlapping((*place.add(root)).cast::<L::S>().cast_const(), target, count);
             }
         }
@@ -188,7 +231,7 @@ unsafe fn gradients<L: Lanes>(
 ) {
     let t: Tables<L::S> = tape.tables();
     let n = out[0].len();
-    let most = chunk::<Dual<L>>(tape.slots()).min(n.div_ceil(L::WIDTH));
+    let most = chunk::<Dual<L>>(tape.slots(), n.div_ceil(L::WIDTH));
     memory.reserve(tape.slots(), most);
     let place = memory.at.as_mut_ptr();
     let mut at = 0;
@@ -208,9 +251,7 @@ unsafe fn gradients<L: Lanes>(
                     }
                 }
             }
-            for ins in tape.instructions() {
-                step(ins, place.cast_const(), packs, &t);
-            }
+            run(step, tape.instructions(), place.cast_const(), packs, &t);
             for g in 0..packs {
                 let root = (*place.add(tape.root())).add(g);
                 let to = at + g * L::WIDTH..end;
@@ -235,20 +276,20 @@ macro_rules! steps {
                 #[inline(never)]
                 #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
                 #[allow(unsafe_code, non_snake_case)]
-                pub unsafe fn $op<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+                pub unsafe fn $op<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
                     // SAFETY: passed on.
-                    unsafe { crate::op::arm::$op::<R>(ins, slots, width, t) }
+                    unsafe { crate::op::arm::$op::<R>(run, slots, width, t) }
                 }
             )*
         }
 
         #[inline(always)]
         #[allow(unsafe_code)]
-        pub unsafe fn step<R: Real>(ins: &Ins, slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+        pub unsafe fn step<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
             // SAFETY: passed on.
             unsafe {
-                match ins.op {
-                    $(Op::$op => arm::$op::<R>(ins, slots, width, t),)*
+                match run.get_unchecked(0).op {
+                    $(Op::$op => arm::$op::<R>(run, slots, width, t),)*
                 }
             }
         }

@@ -13,11 +13,20 @@ pub struct Frame {
     pub base: [u32; 3],
     m: Matrix,
     t: [f64; 3],
+    /// How much farther apart two local points can be than the points they come from, as long as no
+    /// repetition jumps between them; infinite where the map turns ever faster.
+    pub stretch: f64,
+    /// Whether a repetition lies above.
+    pub jumps: bool,
 }
 
 impl Frame {
-    pub fn at(base: [u32; 3]) -> Self {
-        Self { base, m: IDENTITY, t: [0.0; 3] }
+    pub fn at(base: [u32; 3], stretch: f64, jumps: bool) -> Self {
+        Self { base, m: IDENTITY, t: [0.0; 3], stretch, jumps }
+    }
+    /// The frame of other coordinates that are as far apart as this one's.
+    pub fn with_base(&self, base: [u32; 3]) -> Self {
+        Self::at(base, self.stretch, self.jumps)
     }
     pub fn translated(mut self, offset: &[f64; 3]) -> Self {
         for i in 0..3 {
@@ -33,6 +42,7 @@ impl Frame {
             base: self.base,
             m: std::array::from_fn(|i| std::array::from_fn(|j| row(i, column(j)))),
             t: std::array::from_fn(|i| row(i, self.t)),
+            ..self
         }
     }
     pub fn scaled(mut self, factors: &[f64; 3]) -> Self {
@@ -40,6 +50,7 @@ impl Frame {
             self.m[i] = self.m[i].map(|v| v / factors[i]);
             self.t[i] /= factors[i];
         }
+        self.stretch /= factors.iter().fold(f64::INFINITY, |a, b| a.min(*b));
         self
     }
     /// Where the local origin lies in base coordinates, if the frame is only moved.

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     error::SceneError,
+    grid::Step,
     math::rotation,
     op::Op,
     shape::{Kind, Shape, meta},
@@ -21,6 +22,8 @@ enum Task<'a> {
     Finish(&'a Shape, u32, Form, usize),
     /// Divides the value on top.
     Divide(f64),
+    /// The value on top is no steeper than this, in the frame of that number.
+    Bound(f64, u32),
 }
 
 struct Lower<'a, 'g> {
@@ -34,7 +37,7 @@ struct Lower<'a, 'g> {
 
 pub fn lower(graph: &mut Graph, shape: &Shape, form: Form) -> Result<u32, SceneError> {
     let mut frames = Frames::default();
-    let world = frames.intern(Frame::at([0, 1, 2]));
+    let world = frames.intern(Frame::at([0, 1, 2], 1.0, false));
     let tasks = vec![Task::Visit(shape, world, form)];
     let mut state = Lower { graph, frames, tasks, values: Vec::new(), known: HashMap::new() };
     while let Some(task) = state.tasks.pop() {
@@ -49,6 +52,12 @@ pub fn lower(graph: &mut Graph, shape: &Shape, form: Form) -> Result<u32, SceneE
                     state.visit(shape, frame, Form::Value)?;
                 }
             },
+            Task::Bound(slope, frame) => {
+                if let Some(top) = state.values.last() {
+                    let at = state.frames.get(frame);
+                    state.graph.bound(*top, slope * at.stretch, !at.jumps);
+                }
+            }
             Task::Divide(by) => {
                 if let Some(top) = state.values.last_mut()
                     && by != 1.0
@@ -76,25 +85,27 @@ impl<'a> Lower<'a, '_> {
             (Kind::Rotate { angle, axis }, Some(child)) => {
                 self.pass(child, at.rotated(&rotation(*angle, axis)), form)
             }
-            (Kind::WithBounds { .. } | Kind::WithLipschitz { .. } | Kind::Formula { .. }, Some(child)) => {
-                self.pass(child, at, form)
+            (Kind::WithLipschitz { .. } | Kind::Formula { .. }, Some(child)) => {
+                self.tasks.push(Task::Bound(shape.lipschitz(), frame));
+                self.pass(child, at, form);
             }
+            (Kind::WithBounds { .. }, Some(child)) => self.pass(child, at, form),
             (Kind::Mirror { axis }, Some(child)) => {
                 let mut p = at.coordinates(self.graph)?;
                 p[*axis as usize] = self.graph.emit(Op::Abs, &[p[*axis as usize]], &[])?;
-                self.pass(child, Frame::at(p), form);
+                self.pass(child, at.with_base(p), form);
             }
             (Kind::Twist { rate }, Some(child)) => {
                 let [x, y, z] = at.coordinates(self.graph)?;
                 let [x, z] = self.turned(*rate, y, [x, z])?;
-                self.slowed(shape, child, form);
-                self.pass(child, Frame::at([x, y, z]), form);
+                self.slowed(shape, child, form, frame);
+                self.pass(child, Frame::at([x, y, z], f64::INFINITY, at.jumps), form);
             }
             (Kind::Bend { rate }, Some(child)) => {
                 let [x, y, z] = at.coordinates(self.graph)?;
                 let [u, v] = self.turned(*rate, x, [x, y])?;
-                self.slowed(shape, child, form);
-                self.pass(child, Frame::at([u, v, z]), form);
+                self.slowed(shape, child, form, frame);
+                self.pass(child, Frame::at([u, v, z], f64::INFINITY, at.jumps), form);
             }
             (Kind::Scale { factors }, Some(child)) => {
                 self.tasks.push(Task::Finish(shape, frame, form, 1));
@@ -107,7 +118,7 @@ impl<'a> Lower<'a, '_> {
                     q[i] = self.graph.emit(Op::Elongate, &[p[i]], &[amount[i]])?;
                 }
                 self.tasks.push(Task::Finish(shape, frame, form, 1));
-                self.pass(child, Frame::at(q), form);
+                self.pass(child, at.with_base(q), form);
             }
             (Kind::Repeat { period, count }, Some(child)) => {
                 self.repeat(shape, child, frame, form, period, count)?
@@ -134,10 +145,15 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// A walk through a space that is turned on the way is shorter by as much as the turning is steep.
-    fn slowed(&mut self, shape: &Shape, child: &Shape, form: Form) {
-        if form != Form::Value {
-            self.tasks.push(Task::Divide(shape.lipschitz() / child.lipschitz()));
+    fn slowed(&mut self, shape: &Shape, child: &Shape, form: Form, frame: u32) {
+        if form == Form::Value {
+            self.tasks.push(Task::Bound(shape.lipschitz(), frame));
+            return;
         }
+        if child.lipschitz() >= 1.0 {
+            self.tasks.push(Task::Bound(1.0, frame));
+        }
+        self.tasks.push(Task::Divide(shape.lipschitz() / child.lipschitz()));
     }
 
     /// The node's value is its child's in another frame.
@@ -173,6 +189,12 @@ impl<'a> Lower<'a, '_> {
     ) -> Result<(), SceneError> {
         let p = self.frames.get(frame).coordinates(self.graph)?;
         let copies = meta::copies(child.meta(), period)?;
+        let at = self.frames.get(frame);
+        // One copy of an even shape joins its neighbours without a jump; of several only the nearest counts.
+        if copies.len() == 1 && child.lipschitz() >= 1.0 {
+            let slope = if form == Form::Value { child.lipschitz() } else { 1.0 };
+            self.tasks.push(Task::Bound(slope, frame));
+        }
         self.tasks.push(Task::Finish(shape, frame, form, copies.len()));
         for copy in copies.into_iter().rev() {
             let mut q = p;
@@ -180,7 +202,7 @@ impl<'a> Lower<'a, '_> {
                 let most = count.map_or(f64::INFINITY, |c| c[i] as f64);
                 q[i] = self.graph.emit(Op::Repeat, &[p[i]], &[period[i], -most, most, copy[i] as f64])?;
             }
-            self.pass(child, Frame::at(q), form);
+            self.pass(child, Frame::at(q, at.stretch, true), form);
         }
         Ok(())
     }
@@ -220,7 +242,19 @@ impl<'a> Lower<'a, '_> {
             Kind::Expr(op) => self.graph.emit(meta::op_for(*op, v.len()), v, &[]),
             Kind::Const { value } => self.graph.emit(Op::Const, &[], &[*value]),
             Kind::Coordinate(axis) => Ok(at.coordinates(self.graph)?[*axis as usize]),
-            kind => self.primitive(kind, &at, form),
+            kind => {
+                let id = self.primitive(kind, &at, form)?;
+                match kind {
+                    // An estimate, not a bound.
+                    Kind::Mandelbulb { .. } => {}
+                    Kind::Texture { grid } => {
+                        let step = if form == Form::Value { Step::Raw } else { Step::Safe };
+                        self.graph.bound(id, grid.strict_slope(step) * at.stretch, false);
+                    }
+                    _ => self.graph.bound(id, at.stretch, false),
+                }
+                Ok(id)
+            }
         }
     }
 
@@ -260,7 +294,10 @@ impl<'a> Lower<'a, '_> {
             }
             let nodes = ids.iter().filter_map(|id| self.graph.node(*id));
             let table: Vec<f64> = nodes.flat_map(|n| self.graph.constants(n).to_vec()).collect();
-            rest.push(self.graph.emit(Op::SphereUnion, &a[..3], &table)?);
+            let slope = ids.iter().map(|id| self.graph.known(*id).slope).fold(0.0, f64::max);
+            let union = self.graph.emit(Op::SphereUnion, &a[..3], &table)?;
+            self.graph.bound(union, slope, false);
+            rest.push(union);
         }
         self.fold(Op::Min, &rest, &[])
     }

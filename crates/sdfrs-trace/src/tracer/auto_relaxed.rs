@@ -4,30 +4,27 @@
 //! Faults of the letter form: slopes near 1 make steps without bound, head-on surfaces are passed by
 //! equality in `z <= r + |R|`, and sheets between touching balls are skipped (14 %).
 
-use sdfrs_core::{Scalar, Status};
+use sdfrs_core::{Real, Scalar, Status};
 
 use super::{
     guarded::Rule,
     walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
-pub struct AutoRelaxed<T> {
-    pub beta: T,
+#[derive(Debug, Clone, Copy)]
+pub struct AutoRelaxed<R> {
+    pub beta: R,
 }
 
-impl<T: Scalar> Rule<T> for AutoRelaxed<T> {
-    #[inline]
-    fn first(&self, r: T) -> T {
-        r
-    }
-    #[inline]
-    fn slope(&self, m: T, seen: T) -> T {
+impl<R: Real + Sync> Rule<R> for AutoRelaxed<R> {
+    #[inline(always)]
+    fn slope(self, m: R, seen: R) -> R {
         m + self.beta * (seen - m)
     }
-    #[inline]
-    fn next(&self, r: T, m: T) -> T {
-        let one = T::of(1.0);
-        r * one.max(T::of(2.0) / (one - m))
+    #[inline(always)]
+    fn next(self, r: R, m: R) -> R {
+        let one = R::c(1.0);
+        r * one.max(R::c(2.0) / (one - m))
     }
 }
 

@@ -3,26 +3,23 @@
 //! Departure of both forms: the t of a hit is where its r was evaluated, not t + r. The letter form
 //! stalls where r falls below an ulp of t (62 % of f32 rays at t = 1e4 with eps 1e-4).
 
-use sdfrs_core::{Scalar, Status};
+use sdfrs_core::{Real, Scalar, Status};
 
 use super::{
     guarded::Rule,
     walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
+#[derive(Debug, Clone, Copy)]
 pub struct Basic;
 
-impl<T: Scalar> Rule<T> for Basic {
-    #[inline]
-    fn first(&self, r: T) -> T {
-        r
-    }
-    #[inline]
-    fn slope(&self, m: T, _seen: T) -> T {
+impl<R: Real> Rule<R> for Basic {
+    #[inline(always)]
+    fn slope(self, m: R, _seen: R) -> R {
         m
     }
-    #[inline]
-    fn next(&self, r: T, _m: T) -> T {
+    #[inline(always)]
+    fn next(self, r: R, _m: R) -> R {
         r
     }
 }

@@ -5,7 +5,7 @@
 //! walk leaps over surfaces (or to infinity), and sheets between touching balls are skipped (14 %).
 //! 002's listing begins with steps of (1 - omega) radii, because its first slope is taken from zeros.
 
-use sdfrs_core::{Scalar, Status};
+use sdfrs_core::{Real, Scalar, Status};
 
 use super::{
     guarded::Rule,
@@ -13,22 +13,19 @@ use super::{
     walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
-pub struct Enhanced<T> {
-    pub omega: T,
+#[derive(Debug, Clone, Copy)]
+pub struct Enhanced<R> {
+    pub omega: R,
 }
 
-impl<T: Scalar> Rule<T> for Enhanced<T> {
-    #[inline]
-    fn first(&self, r: T) -> T {
-        r
-    }
-    #[inline]
-    fn slope(&self, _m: T, seen: T) -> T {
+impl<R: Real + Sync> Rule<R> for Enhanced<R> {
+    #[inline(always)]
+    fn slope(self, _m: R, seen: R) -> R {
         seen
     }
-    #[inline]
-    fn next(&self, r: T, m: T) -> T {
-        let one = T::of(1.0);
+    #[inline(always)]
+    fn next(self, r: R, m: R) -> R {
+        let one = R::c(1.0);
         r * (one + self.omega * (one + m) / (one - m))
     }
 }

@@ -4,7 +4,7 @@
 //! Faults of the letter form: on head-on rays the test `z <= r + |R|` holds by equality behind the
 //! surface, so a plane at 10 is hit at 15; sheets between two touching balls are skipped (33 %).
 
-use sdfrs_core::{Scalar, Status};
+use sdfrs_core::{Real, Scalar, Status};
 
 use super::{
     guarded::Rule,
@@ -12,21 +12,18 @@ use super::{
     walk::{Next, Range, Sample, Tally, Walk, onwards},
 };
 
-pub struct Relaxed<T> {
-    pub omega: T,
+#[derive(Debug, Clone, Copy)]
+pub struct Relaxed<R> {
+    pub omega: R,
 }
 
-impl<T: Scalar> Rule<T> for Relaxed<T> {
-    #[inline]
-    fn first(&self, r: T) -> T {
-        self.omega * r
-    }
-    #[inline]
-    fn slope(&self, m: T, _seen: T) -> T {
+impl<R: Real + Sync> Rule<R> for Relaxed<R> {
+    #[inline(always)]
+    fn slope(self, m: R, _seen: R) -> R {
         m
     }
-    #[inline]
-    fn next(&self, r: T, _m: T) -> T {
+    #[inline(always)]
+    fn next(self, r: R, _m: R) -> R {
         self.omega * r
     }
 }

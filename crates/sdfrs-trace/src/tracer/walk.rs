@@ -33,8 +33,9 @@ pub struct Tally<T> {
     pub steps: u32,
     pub max_steps: u32,
     pub fallbacks: u32,
-    accepted: u32,
-    ratios: T,
+    /// Accepted steps and the sum of their lengths over their radii.
+    pub accepted: u32,
+    pub ratios: T,
     /// Last accepted sample.
     pub t: T,
     pub r: T,

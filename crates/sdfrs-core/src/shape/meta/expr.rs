@@ -54,7 +54,7 @@ fn range(op: Op, operands: &[Operand]) -> Iv {
     for (slot, operand) in slots.iter_mut().zip(operands) {
         *slot = operand.range;
     }
-    let ins = Ins { op, d: 4, a: [0, 1, 2, 3], k: 0, n: 0 };
+    let ins = Ins { op, run: 1, d: 4, a: [0, 1, 2, 3], k: 0, n: 0 };
     // SAFETY: scalar ops have at most four operands, all five slots exist, and none reads a constant
     // (`const` is a kind of its own).
     unsafe { execute::<Iv>(&ins, slots.as_mut_ptr(), 1, &Tables { consts: &[], grids: &[] }) };

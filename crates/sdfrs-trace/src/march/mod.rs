@@ -1,0 +1,239 @@
+//! The loop around every tracer: tiles of rays sampled together, counters, budgets, ends.
+//!
+//! The rays of a tile step together: all samples asked for are evaluated in one batch, finished rays
+//! leave. Guarded steppers go a pack at a time ([`swarm`]), along shortened programs where that pays
+//! ([`cells`]); other walks go ray by ray ([`wave`]). A ray's
+//! result depends on nothing but the ray, so tiles may run on any thread. Twin: the GPU's march.
+//! Law: steps equal the evaluations the field saw; same bits for any thread count.
+
+mod beam;
+mod cells;
+mod columns;
+mod order;
+mod refine;
+mod swarm;
+mod wave;
+mod worker;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+use sdfrs_core::{
+    Control, Field, Hits, Limits, Prune, Rays, Real, Scalar,
+    contract::{Work, check_spans},
+    eval::Native,
+    pool,
+};
+
+use crate::{
+    error::TraceError,
+    tracer::{
+        Form, SearchForm, Tracer, auto_relaxed, basic, binary_search, coverage_search, enhanced,
+        guarded::Rule, relaxed, retry::Listing, split, walk::Walk,
+    },
+};
+use columns::Columns;
+use order::Order;
+use worker::Worker;
+
+/// Rays that step together.
+pub const TILE: usize = 1024;
+/// Operations from which on automatic pruning steps over empty cells, or shortens programs.
+const WORTH_SKIPPING: u64 = 8;
+const WORTH_SHORTENING: u64 = 100;
+
+/// One ray, direction of unit length.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray<T> {
+    pub origin: [T; 3],
+    pub direction: [T; 3],
+    pub t_min: T,
+    pub t_max: T,
+}
+
+/// Where rays come from: a batch, or a camera that makes them as they are needed.
+pub trait Source<T>: Sync {
+    fn count(&self) -> usize;
+    fn ray(&self, i: usize) -> Ray<T>;
+    /// Rays of a row, where they are a picture row by row.
+    fn width(&self) -> Option<usize> {
+        None
+    }
+    /// The ray at a place of the picture.
+    fn at(&self, x: usize, y: usize) -> Ray<T> {
+        self.ray(y * self.width().unwrap_or(0) + x)
+    }
+}
+
+impl<T: Scalar> Source<T> for Rays<'_, T> {
+    fn count(&self) -> usize {
+        self.origins.len()
+    }
+    fn ray(&self, i: usize) -> Ray<T> {
+        let (t_min, t_max) = (self.t_min.at(i), self.t_max.at(i));
+        Ray { origin: self.origins[i], direction: self.directions[i], t_min, t_max }
+    }
+}
+
+/// Traces a batch of rays (finite, unit length: see `contract::check_rays`).
+pub fn trace<T: Native>(
+    field: &dyn Field<T>,
+    tracer: &Tracer,
+    rays: &Rays<T>,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Hits<T>, TraceError> {
+    check_spans(rays.origins.len(), &rays.t_min, &rays.t_max, tracer.needs_finite_range())?;
+    trace_source(field, tracer, rays, limits, control)
+}
+
+/// Traces the rays of any source.
+pub fn trace_source<T: Native>(
+    field: &dyn Field<T>,
+    tracer: &Tracer,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Hits<T>, TraceError> {
+    tracer.check()?;
+    limits.check()?;
+    let of = T::of;
+    let job = Job { field, rays, limits, guards: tracer.guards(), control };
+    match *tracer {
+        Tracer::Basic { guards: true } => job.steps(basic::Basic),
+        Tracer::Basic { guards: false } => job.walks(&basic::Letter),
+        Tracer::Relaxed { omega, guards: true, .. } => {
+            job.steps(relaxed::Relaxed { omega: T::Lanes::c(omega) })
+        }
+        Tracer::Relaxed { omega, form: Form::Y2023, .. } => job.walks(&relaxed::Letter { omega: of(omega) }),
+        Tracer::Relaxed { omega, form: Form::Y2018, .. } => {
+            job.walks(&Listing(relaxed::Relaxed { omega: of(omega) }))
+        }
+        Tracer::Enhanced { omega, guards: true, .. } => {
+            job.steps(enhanced::Enhanced { omega: T::Lanes::c(omega) })
+        }
+        Tracer::Enhanced { omega, form: Form::Y2023, .. } => job.walks(&enhanced::Letter { omega: of(omega) }),
+        Tracer::Enhanced { omega, form: Form::Y2018, .. } => {
+            job.walks(&Listing(enhanced::Enhanced { omega: of(omega) }))
+        }
+        Tracer::AutoRelaxed { beta, guards: true } => {
+            job.steps(auto_relaxed::AutoRelaxed { beta: T::Lanes::c(beta) })
+        }
+        Tracer::AutoRelaxed { beta, guards: false } => job.walks(&auto_relaxed::Letter { beta: of(beta) }),
+        Tracer::BinarySearch { form: SearchForm::Stackless, max_level, guards } => {
+            job.walks(&binary_search::Stackless { max_level, guards })
+        }
+        Tracer::BinarySearch { form: SearchForm::Split, guards: true, .. } => job.walks(&split::Split),
+        Tracer::BinarySearch { form, guards, .. } => {
+            job.walks(&binary_search::Stack { guards, split: form == SearchForm::Split })
+        }
+        Tracer::CoverageSearch { .. } => job.walks(&coverage_search::CoverageSearch),
+    }
+}
+
+struct Job<'a, T: Native> {
+    field: &'a dyn Field<T>,
+    rays: &'a dyn Source<T>,
+    limits: &'a Limits,
+    guards: bool,
+    control: &'a Control,
+}
+
+/// When a radius is a hit: `max(eps, cone * t)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Threshold<T> {
+    eps: T,
+    cone: T,
+}
+
+impl<T: Native> Job<'_, T> {
+    fn threshold(&self) -> Threshold<T> {
+        Threshold { eps: T::of(self.limits.eps), cone: T::of(self.limits.cone) }
+    }
+
+    /// What is pruned: nothing where that would cost more than it saves.
+    fn prune(&self) -> Prune {
+        let Some(pruner) = self.field.pruner() else { return Prune::Off };
+        match self.limits.prune {
+            Prune::Auto { skip: true } if self.field.ops() >= WORTH_SKIPPING => Prune::Skip,
+            Prune::Auto { skip: false } if pruner.has_choices() && self.field.ops() >= WORTH_SHORTENING => {
+                Prune::Exact
+            }
+            Prune::Auto { .. } => Prune::Off,
+            asked => asked,
+        }
+    }
+
+    /// Guarded steppers.
+    fn steps<R: Rule<T::Lanes>>(&self, rule: R) -> Result<Hits<T>, TraceError> {
+        let prune = self.prune();
+        let memory = || Worker::new(prune == Prune::Skip, &self.threshold());
+        let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
+        let Some(pruner) = pruner else {
+            let starts = self.in_line();
+            let run = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| worker.tile(self, rule, starts[tile], out);
+            return Ok(self.tiles(&starts, memory, run)?.0);
+        };
+        let order = Order::new(self.rays);
+        let (mut hits, workers) = self.tiles(order.starts(), memory, |worker, block, out| {
+            worker.block(self, pruner, rule, (&order, block), out);
+        })?;
+        order.restore(&mut hits);
+        hits.work.prune = prune;
+        hits.work.arena_bytes = workers.iter().map(Worker::arena_bytes).sum();
+        Ok(hits)
+    }
+
+    /// Any other walk.
+    fn walks<W: Walk<T>>(&self, walk: &W) -> Result<Hits<T>, TraceError> {
+        let starts = self.in_line();
+        let run =
+            |wave: &mut wave::Wave<T, W>, tile: usize, out: &mut Columns<T>| wave.tile(self, walk, starts[tile], out);
+        Ok(self.tiles(&starts, wave::Wave::new, run)?.0)
+    }
+
+    /// Tiles of consecutive rays.
+    fn in_line(&self) -> Vec<usize> {
+        let n = self.rays.count();
+        (0..n).step_by(TILE).chain([n]).collect()
+    }
+
+    /// Runs tiles of rays on the pool. A tile takes a memory that no other uses; there are as many as threads.
+    fn tiles<M: Send>(
+        &self,
+        starts: &[usize],
+        memory: impl Fn() -> M + Send + Sync,
+        run: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
+    ) -> Result<(Hits<T>, Vec<M>), TraceError> {
+        let memories = Mutex::new(Vec::new());
+        let mut hits = columns::blank::<T>(self.rays.count());
+        let mut tiles = columns::split(&mut hits, starts);
+        let work = || {
+            tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
+                if !self.control.is_cancelled() {
+                    let free = lock(&memories).pop();
+                    let mut own = free.unwrap_or_else(&memory);
+                    run(&mut own, tile, out);
+                    lock(&memories).push(own);
+                    self.control.advance(out.len() as u64);
+                }
+            });
+        };
+        pool::install(work);
+        if self.control.is_cancelled() {
+            return Err(TraceError::Cancelled);
+        }
+        let (mut threshold, mut work) = (T::of(0.0), Work::default());
+        for out in &tiles {
+            threshold = Real::max(threshold, out.threshold);
+            work.join(&out.work);
+        }
+        (hits.threshold, hits.work) = (threshold, work);
+        Ok((hits, memories.into_inner().unwrap_or_else(PoisonError::into_inner)))
+    }
+}
+
+/// A panic elsewhere has its own report.
+fn lock<V>(of: &Mutex<V>) -> MutexGuard<'_, V> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
