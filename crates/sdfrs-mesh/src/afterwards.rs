@@ -34,9 +34,16 @@ pub fn bricks(part: &mut Bricks, grid: &Grid, signs: &Signs, watch: &dyn Watch) 
     for ((_, far), inside) in part.far.iter_mut().zip(inside) {
         far.inside = inside;
     }
+    let middles: Vec<[f64; 3]> =
+        part.flat.iter().map(|(key, _)| grid.unit(grid.place(key.map(|b| f64::from(8 * b) + 4.0)).to_array())).collect();
+    let mut inside = vec![false; middles.len()];
+    signs.inside_many(&middles, &mut inside);
+    for ((_, flat), inside) in part.flat.iter_mut().zip(inside) {
+        *flat = inside;
+    }
     for brick in 0..part.keys.len() {
         let (points, places): (Vec<[f64; 3]>, Vec<usize>) =
-            part.own_nodes(brick).map(|(index, place)| (grid.node(index), place)).unzip();
+            part.places(brick).map(|(index, place)| (grid.node(index), place)).unzip();
         let mut inside = vec![false; points.len()];
         ask(signs, &points, &mut inside, watch)?;
         for (place, _) in places.into_iter().zip(inside).filter(|(_, inside)| *inside) {

@@ -3,13 +3,14 @@
 //! Everything is done relative to the middle of the grid's box and divided by a power of two, in f64 until the kernels
 //! round once: offsets and scales change no digit.
 
-use std::sync::{Mutex, atomic::AtomicU64};
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 
 use crate::{
     Mesh, MeshError, Watch, afterwards,
-    bricks::{Assembly, Bricks, SIDE, Units},
+    assembly::Assembly,
+    bricks::{Bricks, SIDE, Units},
     budget::Budget,
     check::{Checked, Findings, check},
     clusters,
@@ -296,13 +297,12 @@ impl<'a> Job<'a> {
 
     fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
         let units = Units { scale: self.scale, band: self.band };
-        let assembly = Assembly::new(&self.grid, units, self.bricks, self.budget)?;
-        let count = AtomicU64::new(0);
-        let mut parts = descent.run(&Bricks::new(self.budget, &count, &self.grid, units))?;
+        self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
+        let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
         if self.signs_follow(signs) {
             parts.par_iter_mut().try_for_each(|part| afterwards::bricks(part, &self.grid, signs, descent.watch))?;
         }
-        Ok(Values::Sparse(assembly.finish(parts)))
+        Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
     }
 
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {

@@ -248,19 +248,6 @@ fn retain<L: Lanes>(slabs: &[Slab], list: &[u32], rows: &[Row], bound: &Bound, m
     }
 }
 
-/// Items of which a bit of `bits` is set, to the front of `out`, which has 16 places more than the list.
-#[inline(always)]
-fn pick(list: &[u32], masks: &[u16], bits: u16, out: &mut [u32]) -> usize {
-    let mut n = 0;
-    for (&item, &mask) in list.iter().zip(masks) {
-        if let Some(place) = out.get_mut(n) {
-            *place = item;
-        }
-        n += usize::from(mask & bits != 0);
-    }
-    n
-}
-
 /// The functions of one instruction set.
 #[derive(Clone, Copy)]
 pub struct Kernels {
@@ -307,7 +294,8 @@ macro_rules! versions {
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn pick(list: &[u32], masks: &[u16], bits: u16, out: &mut [u32]) -> usize {
-                super::pick(list, masks, bits, out)
+                // SAFETY: passed on.
+                unsafe { crate::pick::$module(list, masks, bits, out) }
             }
             pub const KERNELS: Kernels = Kernels { measure, leaf, nearest, keep, survey, retain, pick };
         }

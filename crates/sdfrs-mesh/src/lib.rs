@@ -1,6 +1,7 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
 mod afterwards;
+mod assembly;
 pub mod bake;
 mod bricks;
 mod budget;
@@ -19,6 +20,7 @@ mod kernels;
 mod lanes;
 mod leaves;
 pub mod mesh;
+mod pick;
 mod shared;
 mod sides;
 pub mod sign;
