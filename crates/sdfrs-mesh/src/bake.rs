@@ -8,7 +8,8 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 
 use crate::{
-    Mesh, MeshError, Watch, afterwards,
+    Mesh, MeshError, Watch,
+    afterwards::Judge,
     assembly::Assembly,
     bricks::{Bricks, SIDE, Units},
     budget::Budget,
@@ -280,7 +281,7 @@ impl<'a> Job<'a> {
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
         descent.run(&sink)?;
         if self.signs_follow(signs) {
-            afterwards::dense(&mut values, dims, &self.grid, signs, descent.watch)?;
+            Judge::new(signs, &self.grid, self.budget, descent.watch).dense(&mut values, dims)?;
         }
         Ok(Values::Dense(values))
     }
@@ -300,7 +301,8 @@ impl<'a> Job<'a> {
         self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
         let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
         if self.signs_follow(signs) {
-            parts.par_iter_mut().try_for_each(|part| afterwards::bricks(part, &self.grid, signs, descent.watch))?;
+            let judge = Judge::new(signs, &self.grid, self.budget, descent.watch);
+            parts.par_iter_mut().try_for_each(|part| judge.bricks(part))?;
         }
         Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
     }
@@ -314,9 +316,12 @@ impl<'a> Job<'a> {
                 return Err(MeshError::Cancelled);
             }
             let (y, z) = (row as u32 % dims[1], row as u32 / dims[1]);
-            for (x, value) in values.iter_mut().enumerate() {
-                let world = [x as u32, y, z];
-                *value = signs.confidence(self.grid.node(axes.map(|k| world[k]))) as f32;
+            let node = |x: u32| self.grid.node(axes.map(|k| [x, y, z][k]));
+            let points: Vec<[f64; 3]> = (0..dims[0]).map(node).collect();
+            let mut sure = vec![0.0; points.len()];
+            signs.confidence_many(&points, &mut sure);
+            for (value, sure) in values.iter_mut().zip(sure) {
+                *value = sure as f32;
             }
             Ok(())
         })?;

@@ -1,5 +1,11 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+#[cfg(test)]
+extern crate self as sdfrs_mesh;
+#[cfg(test)]
+#[path = "../tests/signs/meshes.rs"]
+mod meshes;
+
 mod afterwards;
 mod assembly;
 pub mod bake;
@@ -21,6 +27,7 @@ mod lanes;
 mod leaves;
 pub mod mesh;
 mod pick;
+pub mod read;
 mod shared;
 mod sides;
 pub mod sign;
