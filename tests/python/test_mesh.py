@@ -284,7 +284,7 @@ def test_the_command_line(tmp_path):
     assert told["dims"] == [33, 33, 33] and told["sparse"] and told["report"]["watertight"]
     done = run("render", "ball.npz", "--size", "64x48", "--json")
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["summary"]["hits"] > 500 and (tmp_path / "ball.png").exists()
+    assert json.loads(done.stdout)["summary"]["hits"] > 200 and (tmp_path / "ball.png").exists()
     done = run("convert", "csg", "--resolution", "20x21x22", "--bounds", "-1", "-1", "-1", "1", "1", "1")
     assert done.returncode == 0 and "20 x 21 x 22 nodes" in done.stdout, done.stderr
     done = run("convert", "ball.obj", "--resolution", "0")
