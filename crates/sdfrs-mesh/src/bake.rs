@@ -5,6 +5,7 @@
 
 use std::sync::Mutex;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
@@ -17,6 +18,7 @@ use crate::{
     clusters,
     dense::Dense,
     descent::{Descent, prepare},
+    error_bound::{bound, slack},
     frames::{Slab, Tri},
     grid::Grid,
     isa::{Isa, isa},
@@ -202,6 +204,34 @@ fn layout_around(settings: &Settings, (lo, hi): ([f64; 3], [f64; 3])) -> Result<
     Ok(Layout { dims, lo, hi })
 }
 
+/// How large things are in the descent's frame.
+struct Sizes {
+    /// The largest coordinate of mesh and grid; at least 1.
+    size: f64,
+    /// The longest edge.
+    longest: f64,
+    /// A vertex' distance from the middle of the grid.
+    nearest: f64,
+}
+
+impl Sizes {
+    fn of(mesh: &Checked, grid: &Grid) -> Self {
+        let (mut size, mut nearest, mut longest) = (1.0f64, f64::INFINITY, 0.0f64);
+        for v in &mesh.vertices {
+            let f = grid.frame(*v);
+            (size, nearest) = (size.max(f.abs().max_element()), nearest.min(f.length_squared()));
+        }
+        for face in 0..mesh.faces.len() {
+            let [a, b, c] = mesh.corners(face).map(DVec3::from_array);
+            longest = longest
+                .max((b - a).length_squared())
+                .max((c - b).length_squared())
+                .max((a - c).length_squared());
+        }
+        Self { size, longest: longest.sqrt() / grid.scale, nearest: nearest.sqrt() }
+    }
+}
+
 /// One bake, its frames chosen.
 struct Job<'a> {
     mesh: &'a Checked,
@@ -213,8 +243,8 @@ struct Job<'a> {
     scale: f32,
     /// World units; infinite: no band.
     band: f32,
-    /// The largest coordinate of mesh and grid in the descent's frame; at least 1.
-    size: f64,
+    /// What rounding can do to a distance, and how wrong a value can be: descent's frame, world units.
+    slack: f64,
     max_error: f64,
     bricks: [u32; 3],
     /// Signs change only through the surface.
@@ -235,7 +265,7 @@ impl<'a> Job<'a> {
         let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
         let (first, last) = (unit(lo), unit(hi));
         let grid = Grid::new(first, last, dims, nodes);
-        let size = mesh.vertices.iter().map(|&v| grid.frame(v).abs().max_element()).fold(1.0, f64::max);
+        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid);
         let scale = mesh.scale * grid.scale;
         if !(size < 1e9) {
             let message =
@@ -252,7 +282,9 @@ impl<'a> Job<'a> {
             None if settings.sparse => 4.0 * voxel,
             None => f64::INFINITY,
         };
-        let max_error = crate::error_bound::bound(size) * scale;
+        // From the middle of the grid no node is farther than its corners.
+        let farthest = (nearest + 3f64.sqrt()).min(band / scale);
+        let (slack, max_error) = (slack(size, longest), bound(size, longest, farthest) * scale);
         Ok(Self {
             mesh,
             settings,
@@ -261,7 +293,7 @@ impl<'a> Job<'a> {
             grid,
             scale: scale as f32,
             band: band as f32,
-            size,
+            slack,
             max_error,
             bricks,
             closed: false,
@@ -285,10 +317,10 @@ impl<'a> Job<'a> {
             kernels: Kernels::of(self.settings.isa.unwrap_or_else(isa)),
             signs: (signs.method() == Method::Pseudonormal).then_some(signs),
             each: !self.closed,
-            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 2e-6 * self.size) as f32),
+            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 4.0 * self.slack) as f32),
             band: self.band.is_finite().then_some((band * (1.0 + 1e-6)) as f32),
             bricks: self.settings.sparse,
-            slack: (1e-6 * self.size) as f32,
+            slack: (self.slack * (1.0 + 1e-6)) as f32,
             budget: self.budget,
             watch,
             arenas: Mutex::new(Vec::new()),

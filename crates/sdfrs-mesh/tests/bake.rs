@@ -1,5 +1,7 @@
 //! Whatever the mesh's place and size; what is refused; memory, cancelling, progress.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use std::{

@@ -1,5 +1,7 @@
 //! Law: every stored value is the distance of its node, up to `max_error`; brute force in f64 is the judge.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use common::*;

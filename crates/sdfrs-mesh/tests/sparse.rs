@@ -1,6 +1,8 @@
 //! Law: a sparse grid has the dense grid's nodes wherever it keeps a brick, keeps all that lie within the band, and
 //! bounds the rest from below.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use common::*;
