@@ -100,6 +100,18 @@ impl Grid {
         hi: [f64; 3],
         claim: Claim,
     ) -> Result<Self, SceneError> {
+        Self::until(store, dims, lo, hi, claim, &|| false)
+    }
+
+    /// The same, given up with an error once `stop` says so: large grids take a while to measure.
+    pub fn until(
+        store: Store,
+        dims: [usize; 3],
+        lo: [f64; 3],
+        hi: [f64; 3],
+        claim: Claim,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, SceneError> {
         let bad = |message: String| Err(SceneError::new("texture", message));
         if dims.iter().any(|&n| n < 2) {
             return bad(format!("got {dims:?} nodes along x, y, z, allowed: at least 2 each"));
@@ -125,7 +137,10 @@ impl Grid {
             Store::Dense(values) => values.check(dims)?,
             Store::Sparse(bricks) => bricks.check(dims)?,
         }
-        let slopes = slope::measure(&store, dims, spacing, &claim);
+        let slopes = slope::measure(&store, dims, spacing, &claim, stop);
+        if stop() {
+            return bad("cancelled".into());
+        }
         Ok(Self { store, dims, lo, hi, spacing, claim, slopes, stepping: Stepping::Safe })
     }
 
