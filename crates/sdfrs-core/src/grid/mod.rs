@@ -194,7 +194,13 @@ impl Grid {
     /// what may be concluded from one sample about its neighbourhood.
     pub fn strict_slope(&self, step: Step) -> f64 {
         let jumps = self.bricks().is_some() || (step != Step::Raw && self.stepping != Stepping::Safe);
-        if jumps { f64::INFINITY } else { self.slopes.whole }
+        let Slopes { whole, a, s, .. } = self.slopes;
+        match step {
+            _ if jumps => f64::INFINITY,
+            Step::Raw => whole,
+            // Divided by less than 1 (samples of a flat field) steps are steeper than values.
+            _ => whole * (1.0f64).max(1.0 / a).max(1.0 / s),
+        }
     }
     /// Slope bounds brick by brick, x fastest, and the number of bricks along x, y, z.
     pub fn brick_slopes(&self) -> (&[f32], [usize; 3]) {

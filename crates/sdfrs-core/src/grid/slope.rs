@@ -108,7 +108,8 @@ fn rules(store: &Store, h: [f64; 3], claim: &Claim, most: Found) -> (f64, f64, f
     let Some(s) = claimed else { return (3f64.sqrt(), 1.0, diagonal, whole) };
     let noise = 2.0 * claim.max_error;
     let bound = h.iter().map(|h| (s + noise / h).powi(2)).sum::<f64>().sqrt();
-    let a = if sparse { bound } else { bound.min(most.steep.sqrt()).max(f64::MIN_POSITIVE) };
+    // A floor, for grids that hardly change: a step must be a number, and larger divisors are safe.
+    let a = if sparse { bound } else { bound.min(most.steep.sqrt()).max(1e-3 * bound) };
     (a, s, diagonal + noise / s, whole)
 }
 
