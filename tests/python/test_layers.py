@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs", "sdfrs-py"]
+CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs-gpu", "sdfrs", "sdfrs-py"]
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
@@ -29,6 +29,14 @@ ROOMS = {
         ["march"],
         ["shade", "stats"],
         ["render"],
+    ],
+    "sdfrs-gpu": [
+        ["error"],
+        ["adapters"],
+        ["device", "buffers", "pipelines", "grids"],
+        ["emit", "pace"],
+        ["scene"],
+        ["field"],
     ],
 }
 

@@ -1,6 +1,6 @@
 //! Scenes too long to compile: a text that interprets any of them, and the program as rows of constants.
 //!
-//! The text knows only which ops occur and how many slots there may be, so scenes of one kind share it
+//! The text knows only which costly ops occur and how many slots there may be, so most scenes share it
 //! and nothing is compiled when a scene changes. Rows: (instructions, root, 0, 0), then for each instruction
 //! (op, target, first row of constants, number of rows) and (operands), then the constants. All are whole
 //! numbers below 2^24, which f32 holds exactly. Twin of the CPU's evaluator; law: the same bits as
@@ -17,11 +17,13 @@ use sdfrs_core::{
     tape::Tape,
 };
 
-use super::consts::tame;
+use super::{consts::tame, cost::cost};
 use crate::{error::GpuError, grids};
 
 /// Most slots: an invocation keeps them in memory of its own.
 const SLOTS: usize = 512;
+/// Ops that cost no more are in every text, so that scenes share it; the others where they occur.
+const CHEAP: usize = 30;
 /// Rows before the program.
 const HEAD: usize = 1;
 
@@ -78,11 +80,13 @@ fn rows(graph: &Graph, tape: &Tape<f32>) -> Result<(Vec<[f32; 4]>, BTreeSet<Op>)
         let what = "rows of an interpreted scene".into();
         return Err(GpuError::Limits { what, asked: rows.len() as u64, allowed: 1 << 24 });
     }
-    Ok((rows, instructions.iter().map(|ins| ins.op).collect()))
+    let cheap = Op::ALL.iter().filter(|op| cost(**op) <= CHEAP);
+    Ok((rows, instructions.iter().map(|ins| &ins.op).chain(cheap).copied().collect()))
 }
 
 fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {
-    let n = ins.n.div_ceil(4);
+    // A texture names its grid by one constant, and has that grid's rows.
+    let n = if is_texture(ins.op) { grids::ROWS as u32 } else { ins.n.div_ceil(4) };
     [[ins.op as u16 as f32, ins.d as f32, constants as f32, n as f32], ins.a.map(|a| a as f32)]
 }
 
@@ -124,13 +128,16 @@ fn function(out: &mut String, used: &BTreeSet<Op>, slots: usize, flavour: Flavou
     }
     out.push_str("    let n = u32(consts[0].x);\n    for (var i = 0u; i < n; i++) {\n");
     out.push_str(
-        "        let head = consts[1u + 2u * i];\n        let from = vec4<u32>(consts[2u + 2u * i]);\n",
+        "        let head = consts[1u + 2u * i];\n        let places = vec4<u32>(consts[2u + 2u * i]);\n",
     );
     for (i, lane) in ["x", "y", "z", "w"].iter().enumerate() {
-        let _ = writeln!(out, "        let a{i} = s[from.{lane}];");
+        let _ = writeln!(out, "        let a{i} = s[places.{lane}];");
     }
-    let _ =
-        writeln!(out, "        let k = u32(head.z);\n        var v = {ty}();\n        switch u32(head.x) {{");
+    // Read once here: a driver in software compiles every place that reads for seconds.
+    out.push_str(
+        "        let k = u32(head.z);\n        let c = consts[k];\n        let d = consts[k + 1u];\n",
+    );
+    let _ = writeln!(out, "        var v = {ty}();\n        switch u32(head.x) {{");
     for op in used {
         let _ = writeln!(out, "            case {}u: {{ v = {}; }}", *op as u16, call(*op, prefix));
     }
@@ -143,11 +150,11 @@ fn call(op: Op, prefix: &str) -> String {
     let operands = (0..op.arity()).map(|i| format!("a{i}"));
     let constants: Vec<String> = match (op, op.constants()) {
         (Op::SphereUnion, _) => vec!["k".into(), "u32(head.w)".into()],
-        (Op::Mandelbulb, _) => vec!["consts[k]".into()],
-        (_, None) => vec!["k".into(), "u32(consts[k].w)".into(), "u32(consts[k + 1u].w)".into()],
+        (Op::Mandelbulb, _) => vec!["c".into()],
+        (_, None) => vec!["k".into(), "u32(c.w)".into(), "u32(d.w)".into()],
         (_, Some(0)) => vec![],
-        (_, Some(1)) => vec!["consts[k].x".into()],
-        (_, Some(n)) => (0..n.div_ceil(4)).map(|i| format!("consts[k + {i}u]")).collect(),
+        (_, Some(1)) => vec!["c.x".into()],
+        (_, Some(n)) => ["c", "d"].iter().take(n.div_ceil(4)).map(|row| (*row).to_owned()).collect(),
     };
     format!("{prefix}_{}({})", op.name(), operands.chain(constants).collect::<Vec<_>>().join(", "))
 }
