@@ -1,5 +1,7 @@
 //! No fault panics, hangs or poisons the next call.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use std::{process::Command, thread};
@@ -154,7 +156,7 @@ fn threads_do_not_disturb_each_other() {
     let scene = |i: usize| {
         let cube = build("box", &[("size", vec3(0.5, 0.3, 0.4))], &[]);
         let both = [moved(&ball(), 0.1 * i as f64, 0.0, 0.0), cube];
-        build("union", &[("k", num(if i % 2 == 0 { 0.0 } else { 0.2 }))], &[&both[0], &both[1]])
+        build("union", &[("k", num(if i.is_multiple_of(2) { 0.0 } else { 0.2 }))], &[&both[0], &both[1]])
     };
     thread::scope(|scope| {
         for i in 0..6 {

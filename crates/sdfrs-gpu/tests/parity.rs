@@ -2,6 +2,8 @@
 //!
 //! Strict mode is held to the bits; plain mode, whose sums a driver may regroup, to a few ulp.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use std::collections::BTreeSet;
