@@ -1,6 +1,6 @@
 //! Scenes too long to compile: a text that interprets any of them, and the program as rows of constants.
 //!
-//! The text knows only which costly ops occur and how many slots there may be, so most scenes share it
+//! The text knows only which ops occur and how many slots there may be, so scenes of one kind share it
 //! and nothing is compiled when a scene changes. Rows: (instructions, root, 0, 0), then for each instruction
 //! (op, target, first row of constants, number of rows) and (operands), then the constants. All are whole
 //! numbers below 2^24, which f32 holds exactly. Twin of the CPU's evaluator; law: the same bits as
@@ -17,13 +17,13 @@ use sdfrs_core::{
     tape::Tape,
 };
 
-use super::{consts::tame, cost::cost};
+use super::consts::tame;
 use crate::{error::GpuError, grids};
 
 /// Most slots: an invocation keeps them in memory of its own.
 const SLOTS: usize = 512;
-/// Ops that cost no more are in every text, so that scenes share it; the others where they occur.
-const CHEAP: usize = 30;
+/// Which of these a tape has is a matter of its length: scenes with any have all, so that they share a text.
+const FOLDS: [Op; 3] = [Op::Min, Op::Min3, Op::Min4];
 /// Rows before the program.
 const HEAD: usize = 1;
 
@@ -80,8 +80,12 @@ fn rows(graph: &Graph, tape: &Tape<f32>) -> Result<(Vec<[f32; 4]>, BTreeSet<Op>)
         let what = "rows of an interpreted scene".into();
         return Err(GpuError::Limits { what, asked: rows.len() as u64, allowed: 1 << 24 });
     }
-    let cheap = Op::ALL.iter().filter(|op| cost(**op) <= CHEAP);
-    Ok((rows, instructions.iter().map(|ins| &ins.op).chain(cheap).copied().collect()))
+    let mut used: BTreeSet<Op> = instructions.iter().map(|ins| ins.op).collect();
+    // No more than that: a driver in software runs through every case for every instruction.
+    if FOLDS.iter().any(|op| used.contains(op)) {
+        used.extend(FOLDS);
+    }
+    Ok((rows, used))
 }
 
 fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {
