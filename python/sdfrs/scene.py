@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from ._check import Vec3
 
 
-SceneName = Literal["csg", "village", "composition", "mandelbulb", "gyroid", "spheres1000", "grazing_plane", "thin_shell", "near_miss"]
+SceneName = Literal[
+    "csg", "village", "composition", "mandelbulb", "gyroid", "spheres1000", "grazing_plane", "thin_shell", "near_miss"
+]
 # How a zip file, and so an .npz, begins.
 _ZIP = b"PK\x03\x04"
 

@@ -56,6 +56,7 @@ class SdfTexture(Shape):
     """
 
     __slots__ = ("_known", "_report", "_values")
+    _report: Optional[MeshReport]
 
     def __new__(
         cls, values_zyx: npt.ArrayLike, bounds: tuple[Vec3Like, Vec3Like], *, stepping: Stepping = "safe"
@@ -163,7 +164,7 @@ class SdfTexture(Shape):
             >>> sdfrs.SdfTexture(np.ones((2, 2, 2)), ((0, 0, 0), (1, 1, 1))).bounds
             ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
         """
-        return tuple(self._facts["lo"]), tuple(self._facts["hi"])  # type: ignore[return-value]
+        return tuple(self._facts["lo"]), tuple(self._facts["hi"])
 
     @property
     def spacing(self) -> Vec3:
@@ -174,7 +175,7 @@ class SdfTexture(Shape):
             >>> sdfrs.SdfTexture(np.ones((2, 3, 5)), ((0, 0, 0), (4, 4, 4))).spacing
             (1.0, 2.0, 4.0)
         """
-        return tuple(self._facts["spacing"])  # type: ignore[return-value]
+        return tuple(self._facts["spacing"])
 
     @property
     def nbytes(self) -> int:
@@ -210,7 +211,7 @@ class SdfTexture(Shape):
             >>> sdfrs.sphere(1).to_texture(16).report is None
             True
         """
-        return getattr(self, "_report", None)
+        return self._report
 
     @property
     def brick_slopes(self) -> npt.NDArray[np.float32]:
@@ -340,5 +341,3 @@ def cube(lo: Vec3, hi: Vec3) -> tuple[Vec3, Vec3]:
     half = max(h - l for l, h in zip(lo, hi)) / 2
     x, y, z = ((l + h) / 2 for l, h in zip(lo, hi))
     return (x - half, y - half, z - half), (x + half, y + half, z + half)
-
-

@@ -90,6 +90,8 @@ def _save_npz(texture: SdfTexture, path: PathLike) -> None:
         if texture.report.confidence is not None:
             small["confidence"] = texture.report.confidence.astype("<f4")
     kind = texture.dtype.newbyteorder("<")
+    name, slabs = "values", _layers(texture, kind)
+    shape: tuple[int, ...] = texture.shape_zyx
     if texture.sparse:
         table, far, scale = _core.texture_table(texture._node)
         counts = small["slopes"].shape
@@ -98,8 +100,6 @@ def _save_npz(texture: SdfTexture, path: PathLike) -> None:
         if scale is not None:
             small["scale"] = scale.astype("<f4")
         name, shape, slabs = "nodes", (facts["kept"], 9, 9, 9), _blocks(texture, kind)
-    else:
-        name, shape, slabs = "values", texture.shape_zyx, _layers(texture, kind)
     with atomic(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
         for key, value in small.items():
             with archive.open(_member(key), "w", force_zip64=True) as out:
@@ -280,7 +280,9 @@ def _sparse(read: Any, facts: dict[str, Any]) -> _core.Node:
         raise FormatError("scale: goes with nodes of bytes, and these with it")
     flat = lambda v: np.ascontiguousarray(v).reshape(-1)  # noqa: E731
     counts = tuple(int(n) for n in dims)
-    return _core.texture_sparse(counts, flat(table), flat(far), flat(nodes), None if scale is None else flat(scale), facts)  # type: ignore[arg-type]
+    return _core.texture_sparse(
+        counts, flat(table), flat(far), flat(nodes), None if scale is None else flat(scale), facts
+    )
 
 
 def _report(text: Optional[Any], confidence: Optional[Any]) -> Optional[MeshReport]:

@@ -16,14 +16,14 @@ use crate::{
         BRICK, BrickValues, Bricks, Claim, Grid, GridValues, Store,
         bricks::FAR,
         bricks_along,
-        slope::{BLOCK, NODES},
+        slope::{BLOCK, NODES, diagonal},
     },
     pool,
     shape::Shape,
 };
 
 /// Points evaluated by one call.
-const PIECE: usize = 4096;
+const PIECE: usize = 2048;
 /// Cells on both sides of the surface whose nodes are kept unless a band is given.
 const BAND: f64 = 4.0;
 
@@ -187,6 +187,13 @@ impl Job<'_> {
         let size = h.map(|h| h * BRICK as f64);
         let radius = size.iter().map(|v| v * v).sum::<f64>().sqrt() / 2.0;
         let band = if band == 0.0 { BAND * lip * h.iter().fold(0.0, |a: f64, b| a.max(*b)) } else { band };
+        if band < diagonal(h) * lip {
+            let message = format!(
+                "band is {band}, allowed: at least {}, what a cell's diagonal spans",
+                diagonal(h) * lip
+            );
+            return Err(SceneError::new("to_texture", message));
+        }
         let total: usize = count.iter().product();
         let mut far: Vec<f32> = room(total)?;
         let middles = |worker: &mut Worker, (i, out): (usize, &mut [f32])| {
@@ -199,16 +206,26 @@ impl Job<'_> {
             for (to, v) in out.iter_mut().zip(values) {
                 let least = v.abs() - lip * radius * (1.0 + 1e-9);
                 // NaN keeps its brick, whose nodes then say where it is.
-                *to = if least > band { ((least as f32).next_down().min(f32::MAX)).copysign(*v as f32) } else { 0.0 };
+                *to = if least > band {
+                    ((least as f32).next_down().min(f32::MAX)).copysign(*v as f32)
+                } else {
+                    0.0
+                };
             }
             self.control.advance(out.len() as u64 / 2);
             Ok(())
         };
-        pool::install(|| far.par_chunks_mut(PIECE).enumerate().map_init(Worker::new, middles).collect::<Result<(), _>>())?;
+        pool::install(|| {
+            far.par_chunks_mut(PIECE).enumerate().map_init(Worker::new, middles).collect::<Result<(), _>>()
+        })?;
         let kept: Vec<usize> = (0..total).filter(|&i| far[i] == 0.0).collect();
         let bytes = (kept.len() as u64).saturating_mul(BLOCK as u64 * 4);
         if bytes > most_bytes || kept.len() >= FAR as usize {
-            let message = format!("the bricks near the surface need {} MiB, allowed: {} MiB", bytes >> 20, most_bytes >> 20);
+            let message = format!(
+                "the bricks near the surface need {} MiB, allowed: {} MiB",
+                bytes >> 20,
+                most_bytes >> 20
+            );
             return Err(SceneError::new("to_texture", message));
         }
         let mut table = vec![FAR; total];
@@ -249,10 +266,13 @@ impl Job<'_> {
     }
 }
 
-/// Memory for `n` numbers, or an error instead of an abort.
+/// Memory for `n` zeros, or an error instead of an abort.
 fn room<T: Default + Clone>(n: usize) -> Result<Vec<T>, SceneError> {
-    let mut out = Vec::new();
-    out.try_reserve_exact(n).map_err(|_| SceneError::new("to_texture", format!("{n} numbers find no memory")))?;
-    out.resize(n, T::default());
-    Ok(out)
+    let mut probe: Vec<T> = Vec::new();
+    probe
+        .try_reserve_exact(n)
+        .map_err(|_| SceneError::new("to_texture", format!("{n} numbers find no memory")))?;
+    drop(probe);
+    // The system hands out zeros when a page is first touched: writing them here would take a while.
+    Ok(vec![T::default(); n])
 }

@@ -22,7 +22,7 @@ fn sample(shape: &Shape, band: Option<f64>) -> Grid {
     let plan = Plan { dims: DIMS, lo: [-1.0, -0.9, -0.8], hi: [1.2, 0.9, 0.8], band, wide: false };
     let control = Control::new();
     let grid = bake(shape, &plan, u64::MAX, &control).unwrap();
-    assert!(control.done() <= total(&plan) && control.done() + 2 * 4096 >= total(&plan));
+    assert!(control.done() <= total(&plan) && control.done() + 2 * 2048 >= total(&plan));
     grid
 }
 
@@ -45,7 +45,9 @@ fn every_node_is_the_shapes_value() {
         let stored: f64 = sparse.node(*at);
         if stored != f64::from(value as f32) {
             far += 1;
-            assert!(stored.abs() <= value.abs() + 1e-9 && stored * value > 0.0 && value.abs() > 4.0 * h * 0.99);
+            assert!(
+                stored.abs() <= value.abs() + 1e-9 && stored * value > 0.0 && value.abs() > 4.0 * h * 0.99
+            );
         }
     }
     assert!(far > 10_000, "{far}");
@@ -109,4 +111,35 @@ fn bricks_of_a_large_grid_are_few() {
     let kept = grid.bricks().unwrap().kept();
     assert!(kept * 8 < all && kept > 500, "{kept} of {all}");
     assert_eq!(257, 32 * BRICK + 1);
+}
+
+#[test]
+fn what_reaches_beyond_the_band_is_refused() {
+    let sparse = Shape::texture(sample(&scene(), Some(0.0))).unwrap();
+    let dense = Shape::texture(sample(&scene(), None)).unwrap();
+    let band = sparse.meta().band;
+    assert!(band > 0.1 && band < 1.0 && dense.meta().band == f64::INFINITY);
+    let ball = build("sphere", &[("radius", num(0.3))], &[]);
+    let ask = |op: &str, name: &str, v: f64, children: Vec<Shape>| {
+        Shape::build(op, vec![(name.to_owned(), num(v))], children)
+    };
+    for (tex, far) in [(&sparse, false), (&dense, true)] {
+        for (part, allowed) in [(0.9, true), (1.1, far)] {
+            let by = band * part;
+            let two = vec![tex.clone(), ball.clone()];
+            for made in [
+                ask("dilate", "radius", by, vec![tex.clone()]),
+                ask("dilate", "radius", -by, vec![tex.clone()]),
+                ask("shell", "thickness", 2.0 * by, vec![tex.clone()]),
+                ask("union", "k", by, two.clone()),
+                ask("difference", "k", by, two),
+            ] {
+                assert_eq!(made.is_ok(), allowed, "{made:?}");
+            }
+        }
+    }
+    let half = build("scale", &[("factors", vec3(0.5, 0.5, 0.5))], &[&sparse]);
+    assert_eq!(half.meta().band, band / 2.0);
+    let once = ask("dilate", "radius", 0.6 * band, vec![sparse]).unwrap();
+    assert!(ask("dilate", "radius", 0.6 * band, vec![once]).is_err());
 }

@@ -5,14 +5,22 @@
 
 mod adapters;
 pub mod buffers;
+pub mod camera;
+pub mod contract;
 pub mod device;
+pub mod dispatch;
 pub mod emit;
 pub mod error;
 pub mod field;
 pub mod grids;
+pub mod march;
 pub mod pace;
 pub mod pipelines;
+pub mod render;
 pub mod scene;
+pub mod shade;
+pub mod share;
+pub mod tracer;
 
 pub use adapters::{AdapterInfo, Kind, adapters};
 pub use device::{Choice, Device};

@@ -98,8 +98,8 @@ fn others() -> Vec<(String, Shape)> {
 
 /// Scenes of one op each that only tapes name: pairs which they fuse.
 fn pairs() -> Vec<(String, Graph)> {
-    let fused = Op::ALL.iter().filter(|op| **op >= Op::MulAdd && **op <= Op::Cut);
-    fused
+    Op::FUSED
+        .iter()
         .map(|&op| {
             let n = op.constants().unwrap() as u32;
             let mut graph = Graph::default();

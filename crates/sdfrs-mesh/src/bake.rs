@@ -3,13 +3,15 @@
 //! Everything is done relative to the middle of the grid's box and divided by a power of two, in f64 until the kernels
 //! round once: offsets and scales change no digit.
 
-use std::sync::{Mutex, atomic::AtomicU64};
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 
 use crate::{
     Mesh, MeshError, Watch,
-    bricks::{Assembly, Bricks, SIDE, Units},
+    afterwards::Judge,
+    assembly::Assembly,
+    bricks::{Bricks, SIDE, Units},
     budget::Budget,
     check::{Checked, Findings, check},
     clusters,
@@ -126,9 +128,10 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
         None => layout_around(settings, findings.bounds)?,
     };
     let signs = Signs::new(&checked, &findings, settings.sign)?;
-    let job = Job::new(&checked, &layout, settings, &budget)?;
+    let mut job = Job::new(&checked, &layout, settings, &budget)?;
+    job.closed = findings.closed() && findings.needle_faces == 0;
     let descent = job.descent(&signs, watch)?;
-    let values = if settings.sparse { job.sparse(&descent)? } else { job.dense(&descent)? };
+    let values = if settings.sparse { job.sparse(&descent, &signs)? } else { job.dense(&descent, &signs)? };
     let confidence = if settings.confidence { Some(job.confidence(&signs, watch)?) } else { None };
     let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
     let Layout { dims, lo, hi } = layout;
@@ -208,6 +211,8 @@ struct Job<'a> {
     size: f64,
     max_error: f64,
     bricks: [u32; 3],
+    /// Signs change only through the surface.
+    closed: bool,
 }
 
 impl<'a> Job<'a> {
@@ -235,10 +240,10 @@ impl<'a> Job<'a> {
             None => f64::INFINITY,
         };
         let max_error = crate::error_bound::bound(size) * scale;
-        Ok(Self { mesh, settings, budget, layout, grid, scale: scale as f32, band: band as f32, size, max_error, bricks })
+        Ok(Self { mesh, settings, budget, layout, grid, scale: scale as f32, band: band as f32, size, max_error, bricks, closed: false })
     }
 
-    fn descent(&self, signs: &'a Signs, watch: &'a dyn Watch) -> Result<Descent<'_>, MeshError> {
+    fn descent<'s>(&'s self, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Result<Descent<'s>, MeshError> {
         let faces = self.mesh.faces.len();
         let each = size_of::<Tri>() + size_of::<Slab>() / clusters::CLUSTER + 4 + 16;
         self.budget.take((faces * each) as u64, "triangles in their frames")?;
@@ -253,7 +258,9 @@ impl<'a> Job<'a> {
             mesh: self.mesh,
             grid: &self.grid,
             kernels: Kernels::of(self.settings.isa.unwrap_or_else(isa)),
-            signs: (signs.method() != Method::Unsigned).then_some(signs),
+            signs: (signs.method() == Method::Pseudonormal).then_some(signs),
+            each: !self.closed,
+            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 2e-6 * self.size) as f32),
             band: self.band.is_finite().then_some((band * (1.0 + 1e-6)) as f32),
             bricks: self.settings.sparse,
             slack: (1e-6 * self.size) as f32,
@@ -263,11 +270,19 @@ impl<'a> Job<'a> {
         })
     }
 
-    fn dense(&self, descent: &Descent) -> Result<Values, MeshError> {
+    /// Winding numbers and parity need no nearest triangle, and come after the distances.
+    fn signs_follow(&self, signs: &Signs) -> bool {
+        matches!(signs.method(), Method::Winding | Method::Parity)
+    }
+
+    fn dense(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
         let dims = self.layout.dims;
         let mut values = self.floats(dims)?;
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
         descent.run(&sink)?;
+        if self.signs_follow(signs) {
+            Judge::new(signs, &self.grid, self.budget, descent.watch).dense(&mut values, dims)?;
+        }
         Ok(Values::Dense(values))
     }
 
@@ -281,12 +296,15 @@ impl<'a> Job<'a> {
         Ok(vec![0.0; count])
     }
 
-    fn sparse(&self, descent: &Descent) -> Result<Values, MeshError> {
+    fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
         let units = Units { scale: self.scale, band: self.band };
-        let assembly = Assembly::new(&self.grid, units, self.bricks, self.budget)?;
-        let count = AtomicU64::new(0);
-        let parts = descent.run(&Bricks::new(self.budget, &count, &self.grid, units))?;
-        Ok(Values::Sparse(assembly.finish(parts)))
+        self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
+        let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
+        if self.signs_follow(signs) {
+            let judge = Judge::new(signs, &self.grid, self.budget, descent.watch);
+            parts.par_iter_mut().try_for_each(|part| judge.bricks(part))?;
+        }
+        Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
     }
 
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
@@ -298,9 +316,12 @@ impl<'a> Job<'a> {
                 return Err(MeshError::Cancelled);
             }
             let (y, z) = (row as u32 % dims[1], row as u32 / dims[1]);
-            for (x, value) in values.iter_mut().enumerate() {
-                let world = [x as u32, y, z];
-                *value = signs.confidence(self.grid.node(axes.map(|k| world[k]))) as f32;
+            let node = |x: u32| self.grid.node(axes.map(|k| [x, y, z][k]));
+            let points: Vec<[f64; 3]> = (0..dims[0]).map(node).collect();
+            let mut sure = vec![0.0; points.len()];
+            signs.confidence_many(&points, &mut sure);
+            for (value, sure) in values.iter_mut().zip(sure) {
+                *value = sure as f32;
             }
             Ok(())
         })?;

@@ -10,17 +10,19 @@
 
 mod edges;
 mod frame;
+mod survey;
 mod weld;
 
 use crate::{Mesh, MeshError};
+use glam::DVec3;
 
-pub(crate) use edges::Edges;
+pub(crate) use edges::{Edges, NONE};
 use frame::{Flat, Frame, flatness};
 
 /// The most faces: half-edges are numbered by u32.
 pub const MAX_FACES: u64 = (u32::MAX / 3) as u64;
-/// The most vertices: they are numbered by u32.
-pub const MAX_VERTICES: u64 = u32::MAX as u64;
+/// The most vertices: an edge's two and its direction have to fit 64 bits with its number.
+pub const MAX_VERTICES: u64 = (u32::MAX / 2) as u64;
 
 /// A mesh to be believed, in the unit frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +38,14 @@ pub struct Checked {
 
 impl Checked {
     pub fn corners(&self, face: usize) -> [[f64; 3]; 3] {
-        self.faces[face].map(|v| self.vertices[v as usize])
+        // Spelled out: as a `map` over the array it isn't inlined.
+        let [a, b, c] = self.faces[face];
+        [self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]]
+    }
+
+    pub(crate) fn points(&self, face: usize) -> [DVec3; 3] {
+        let [a, b, c] = self.corners(face);
+        [DVec3::from_array(a), DVec3::from_array(b), DVec3::from_array(c)]
     }
 }
 
@@ -60,7 +69,7 @@ pub struct Findings {
     pub boundary_edges: u64,
     /// Edges of more than two.
     pub nonmanifold_edges: u64,
-    /// Vertices where several fans of faces meet (looked for only where all edges are in order).
+    /// Vertices where several fans of faces meet (not looked for where edges are out of order).
     pub nonmanifold_vertices: u64,
     /// Edges along which neighbours disagree about what is outside.
     pub misoriented_edges: u64,
@@ -89,15 +98,17 @@ impl Findings {
 pub fn check(mesh: &Mesh) -> Result<(Checked, Findings), MeshError> {
     believe(mesh)?;
     let mut faces = mesh.faces.clone();
-    let mut bounds = frame::bounds(mesh, &faces);
-    let mut pass = Pass::new(mesh, &faces, bounds);
+    let used = frame::used(mesh, &faces);
+    let mut bounds = frame::bounds(mesh, &used);
+    let mut pass = Pass::new(mesh, &faces, &used, bounds);
     if pass.degenerate() > 0 {
         // A face without area mustn't stretch the frame either.
         faces.retain(|f| flatness(&f.map(|v| mesh.vertices[v as usize])) == Flat::No);
-        let kept = frame::bounds(mesh, &faces);
+        let used = frame::used(mesh, &faces);
+        let kept = frame::bounds(mesh, &used);
         if !faces.is_empty() && kept != bounds {
             bounds = kept;
-            pass = Pass::new(mesh, &faces, bounds);
+            pass = Pass::new(mesh, &faces, &used, bounds);
         }
     }
     if pass.kept.is_empty() {
@@ -150,9 +161,9 @@ struct Pass {
 }
 
 impl Pass {
-    fn new(mesh: &Mesh, faces: &[[u32; 3]], bounds: ([f64; 3], [f64; 3])) -> Self {
+    fn new(mesh: &Mesh, faces: &[[u32; 3]], used: &[bool], bounds: ([f64; 3], [f64; 3])) -> Self {
         let frame = Frame::around(bounds);
-        let weld = weld::weld(mesh, faces, &frame);
+        let weld = weld::weld(mesh, used, &frame);
         let mut pass = Self {
             frame,
             vertices: weld.vertices,
@@ -178,14 +189,10 @@ impl Pass {
     }
 
     fn finish(mut self, mesh: &Mesh, bounds: ([f64; 3], [f64; 3])) -> (Checked, Findings) {
-        let before = self.kept.len();
-        weld::drop_duplicates(&mut self.kept);
-        let duplicates = (before - self.kept.len()) as u64;
-        let volume = volume(&self.vertices, &self.kept);
-        let degenerate = self.degenerate();
         let needles = std::mem::take(&mut self.needles);
-        let edges = Edges::with_extra(&self.kept, &needles, self.vertices.len());
-        let nonmanifold_vertices = edges.nonmanifold_vertices(&self.kept, &needles, self.vertices.len());
+        let degenerate = self.collapsed + needles.len() as u64;
+        let edges = survey::survey(&mut self.kept, &needles, self.vertices.len());
+        let volume = volume(&self.vertices, &self.kept);
         let findings = Findings {
             vertices: mesh.vertices.len() as u64,
             faces: mesh.faces.len() as u64,
@@ -193,14 +200,14 @@ impl Pass {
             unused_vertices: self.unused,
             degenerate_faces: degenerate,
             needle_faces: needles.len() as u64,
-            duplicate_faces: duplicates,
+            duplicate_faces: edges.duplicates,
             boundary_edges: edges.boundary,
             nonmanifold_edges: edges.nonmanifold,
-            nonmanifold_vertices,
+            nonmanifold_vertices: edges.nonmanifold_vertices,
             misoriented_edges: edges.misoriented,
             components: weld::components(&self.kept, self.vertices.len()),
             watertight: edges.odd == 0,
-            manifold: edges.nonmanifold == 0 && nonmanifold_vertices == 0,
+            manifold: edges.nonmanifold == 0 && edges.nonmanifold_vertices == 0,
             oriented: edges.misoriented == 0,
             // The last factor first: scale^3 alone may leave f64 where the volume doesn't.
             signed_volume: volume * self.frame.scale * self.frame.scale * self.frame.scale,
@@ -216,7 +223,7 @@ fn volume(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> f64 {
     let sum: f64 = faces
         .iter()
         .map(|f| {
-            let [a, b, c] = f.map(|v| glam::DVec3::from(vertices[v as usize]));
+            let [a, b, c] = f.map(|v| DVec3::from(vertices[v as usize]));
             a.dot(b.cross(c))
         })
         .sum();

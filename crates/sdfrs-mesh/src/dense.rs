@@ -50,9 +50,9 @@ impl Sink for Dense<'_> {
             return;
         }
         for lane in 0..16 {
-            let offset = place(lane);
-            let index: [u32; 3] = std::array::from_fn(|a| cell.origin[a] + offset[a]);
-            if (0..3).all(|a| cell.lo[a] <= index[a] && index[a] < cell.hi[a]) {
+            if cell.has(lane) {
+                let offset = place(lane);
+                let index: [u32; 3] = std::array::from_fn(|a| cell.origin[a] + offset[a]);
                 self.write(self.at(index), &values[lane..=lane]);
             }
         }

@@ -19,27 +19,30 @@ use crate::{
     budget::Budget,
     check::Checked,
     clusters::CLUSTER,
-    exact::distance2,
     frames::{Slab, Tri},
     grid::{Cell, Children, Grid, Side, place},
-    kernels::{Bound, Kernels, Points},
+    kernels::Kernels,
     lanes::Row,
-    sign::{Nearest, Signs},
+    sign::Signs,
 };
 
-/// Cells of at most so many nodes across are one task's, and hold triangles rather than clusters.
+/// Cells of at most so many nodes across are one task's.
 const TASK: u32 = 16;
-/// Triangles that reach so many half sides of a cell are held against the tangent bound too.
-const LARGE: f32 = 8.0;
+/// Lists of fewer clusters become lists of triangles.
+const EXPAND: usize = 1000;
 
 /// Takes what the descent finds. Origins and boxes are in nodes along the descent's axes, distances in its frame.
 pub trait Sink: Send + Sized {
     /// An empty one for a task of its own.
     fn fork(&self) -> Self;
     /// A cell of 8 x 8 x 16 nodes begins.
-    fn open(&mut self, _cell: &Cell) -> Result<(), MeshError> {
+    fn open(&mut self, _cell: &Cell) {}
+    /// It ends.
+    fn close(&mut self) -> Result<(), MeshError> {
         Ok(())
     }
+    /// The task ends.
+    fn finish(&mut self) {}
     /// Signed distances at the nodes of a leaf.
     fn leaf(&mut self, cell: &Cell, values: &[f32; 16]);
     /// All points of the cell, and the nodes one past its end, are farther than the band.
@@ -66,6 +69,10 @@ pub struct Descent<'a> {
     pub kernels: Kernels,
     /// None: distances without a sign.
     pub signs: Option<&'a Signs<'a>>,
+    /// Every node's sign by its own nearest triangle: the surface is open, and signs change away from it.
+    pub each: bool,
+    /// A little more than the spacing.
+    pub steps: [f32; 3],
     /// Cells that are farther go to `Sink::far`.
     pub band: Option<f32>,
     /// Children of 8 nodes and more are closed boxes, up to the next one's first node.
@@ -80,13 +87,13 @@ pub struct Descent<'a> {
 /// A task's memory; lists and masks are stacks, rows are written and read within one cell.
 #[derive(Default)]
 pub struct Arena {
-    ids: Vec<u32>,
-    masks: Vec<u16>,
-    rows: Vec<Row>,
+    pub(crate) ids: Vec<u32>,
+    pub(crate) masks: Vec<u16>,
+    pub(crate) rows: Vec<Row>,
 }
 
 impl Arena {
-    fn reserve(&mut self, budget: &Budget, ids: usize, masks: usize, rows: usize) -> Result<(), MeshError> {
+    pub(crate) fn reserve(&mut self, budget: &Budget, ids: usize, masks: usize, rows: usize) -> Result<(), MeshError> {
         budget.grow(&mut self.ids, ids, 0, "lists of triangles")?;
         budget.grow(&mut self.masks, masks, 0, "lists of triangles")?;
         budget.grow(&mut self.rows, rows, Row::ZERO, "lists of triangles")
@@ -94,18 +101,18 @@ impl Arena {
 }
 
 /// What is known of a cell's children.
-struct Known {
-    children: Children,
+pub(crate) struct Known {
+    pub children: Children,
     /// Nothing of the mesh is nearer to their centres.
-    clear: Row,
-    sides: [Side; 16],
+    pub clear: Row,
+    pub sides: [Side; 16],
     /// One bit for each that is farther than the band.
-    far: u16,
+    pub far: u16,
 }
 
 /// A list's kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     Slabs,
     Tris,
 }
@@ -135,13 +142,16 @@ impl Descent<'_> {
         if self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
+        if kind == Kind::Slabs && list.len() < EXPAND {
+            return self.top(sink, self.expand(&list), Kind::Tris, cell);
+        }
         let mut part = sink.fork();
         let mut arena = self.arenas.lock().ok().and_then(|mut a| a.pop()).unwrap_or_default();
         if cell.n <= TASK {
-            let list = if kind == Kind::Slabs { self.expand(&list) } else { list };
             arena.reserve(self.budget, list.len(), 0, 0)?;
             arena.ids[..list.len()].copy_from_slice(&list);
-            self.descend(&mut arena, &mut part, [0, list.len()], 0, cell)?;
+            self.descend(&mut arena, &mut part, kind, [0, list.len()], 0, cell)?;
+            part.finish();
             if let Ok(mut arenas) = self.arenas.lock() {
                 arenas.push(arena);
             }
@@ -171,7 +181,7 @@ impl Descent<'_> {
         Ok(std::iter::once(part).chain(found?.into_iter().flatten()).collect())
     }
 
-    fn expand(&self, slabs: &[u32]) -> Vec<u32> {
+    pub(crate) fn expand(&self, slabs: &[u32]) -> Vec<u32> {
         let cluster = |s: &u32| {
             let first = s * CLUSTER as u32;
             first..(first + CLUSTER as u32).min(self.tris.len() as u32)
@@ -184,38 +194,44 @@ impl Descent<'_> {
         &self,
         arena: &mut Arena,
         sink: &mut S,
+        kind: Kind,
         [from, end]: [usize; 2],
         mask: usize,
         cell: Cell,
     ) -> Result<(), MeshError> {
+        if kind == Kind::Slabs && (cell.n <= 8 || end - from < EXPAND) {
+            let all = self.expand(&arena.ids[from..end]);
+            arena.reserve(self.budget, end + all.len(), 0, 0)?;
+            arena.ids[end..end + all.len()].copy_from_slice(&all);
+            return self.descend(arena, sink, Kind::Tris, [end, end + all.len()], mask, cell);
+        }
         if cell.n >= 8 && self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
         if cell.n == 8 {
-            sink.open(&cell)?;
+            sink.open(&cell);
         }
         let count = end - from;
         arena.reserve(self.budget, end + count + 16, mask + count, count)?;
         let list = std::mem::take(&mut arena.ids);
-        let known = self.examine(arena, &list[from..end], Kind::Tris, mask, &cell);
+        let known = self.examine(arena, &list[from..end], kind, mask, &cell);
         arena.ids = list;
         let known = known?;
+        if cell.n == 4 {
+            return self.leaves(arena, sink, [from, end], mask, &cell, &known);
+        }
         for pair in 0..8 {
             let Some(next) = self.next(sink, &cell, &known, pair) else { continue };
             let (above, below) = arena.ids.split_at_mut(end);
             let masks = &arena.masks[mask..mask + count];
             let n = self.kernels.pick(&above[from..], masks, 3 << (2 * pair), below);
-            if next.n == 2 {
-                self.leaf(&mut arena.rows, sink, &arena.ids[end..end + n], &next);
-            } else {
-                self.descend(arena, sink, [end, end + n], mask + count, next)?;
-            }
+            self.descend(arena, sink, kind, [end, end + n], mask + count, next)?;
         }
-        Ok(())
+        if cell.n == 8 { sink.close() } else { Ok(()) }
     }
 
     /// The cell of a pair of children, or of the one that has nodes within the band; hands over those that have not.
-    fn next<S: Sink>(&self, sink: &mut S, cell: &Cell, known: &Known, pair: usize) -> Option<Cell> {
+    pub(crate) fn next<S: Sink>(&self, sink: &mut S, cell: &Cell, known: &Known, pair: usize) -> Option<Cell> {
         let lanes = [2 * pair, 2 * pair + 1];
         let near = lanes.map(|l| known.children.live & !known.far & (1 << l) != 0);
         for l in lanes {
@@ -246,189 +262,6 @@ impl Descent<'_> {
             next.hi[2] = next.hi[2].min(middle);
         }
         Some(next)
-    }
-
-    /// Holds a list against the children: masks of who needs what go to the arena, from `mask` on.
-    fn examine(
-        &self,
-        arena: &mut Arena,
-        list: &[u32],
-        kind: Kind,
-        mask: usize,
-        cell: &Cell,
-    ) -> Result<Known, MeshError> {
-        let closed = self.bricks && cell.n >= 16;
-        let children = self.grid.children(cell, closed);
-        let rows = &mut arena.rows[..list.len()];
-        let masks = &mut arena.masks[mask..mask + list.len()];
-        let c = &children.centre;
-        let (least, q, low) = match kind {
-            Kind::Tris => {
-                let least = self.kernels.measure(&self.tris, list, c, rows);
-                let q = self.kernels.nearest(&self.tris, &least.id, c);
-                self.kernels.keep(&self.tris, list, rows, &self.bound(&children, &q), masks);
-                (least, q, least.d2)
-            }
-            Kind::Slabs => {
-                let (least, low) = self.kernels.survey(&self.slabs, list, c, rows);
-                let mut q = [Row::ZERO; 3];
-                for lane in 0..16 {
-                    let corner = self.slabs[least.id[lane] as usize].corner;
-                    for a in 0..3 {
-                        q[a].0[lane] = corner[a];
-                    }
-                }
-                self.kernels.retain(&self.slabs, list, rows, &self.bound(&children, &q), masks);
-                (least, q, low)
-            }
-        };
-        let _ = (least, q);
-        let mut known = Known { children, clear: Row::ZERO, sides: [Side::Unknown; 16], far: 0 };
-        for lane in 0..16 {
-            let d = low.0[lane].max(0.0).sqrt();
-            known.clear.0[lane] = (d * (1.0 - 4e-6) - self.slack).max(0.0);
-        }
-        self.decide(arena, list, kind, mask, cell, &mut known)?;
-        Ok(known)
-    }
-
-    /// Sides of the children, and which are farther than the band.
-    fn decide(
-        &self,
-        arena: &mut Arena,
-        list: &[u32],
-        kind: Kind,
-        mask: usize,
-        cell: &Cell,
-        known: &mut Known,
-    ) -> Result<(), MeshError> {
-        let mut open = 0u16;
-        for lane in 0..16 {
-            let (clear, radius) = (known.clear.0[lane], known.children.radius.0[lane]);
-            known.sides[lane] = cell.sides[lane >> 1 & 1];
-            let live = known.children.live & (1 << lane) != 0;
-            if let Some(band) = self.band
-                && live
-                && clear > radius + band
-                && (cell.n <= TASK || !self.bricks || clear > 2.0 * radius)
-            {
-                known.far |= 1 << lane;
-            }
-            // Clusters know no nearest triangle: they look for a sign only where the descent ends.
-            let wanted = kind == Kind::Tris || known.far & (1 << lane) != 0;
-            if live && wanted && clear > radius && known.sides[lane] == Side::Unknown {
-                open |= 1 << lane;
-            }
-        }
-        if open == 0 {
-            return Ok(());
-        }
-        let all: Vec<u32>;
-        let (list, c) = match kind {
-            Kind::Tris => (list, known.children.centre),
-            Kind::Slabs => {
-                let masks = &arena.masks[mask..mask + list.len()];
-                let kept: Vec<u32> =
-                    list.iter().zip(masks).filter(|(_, m)| **m & open != 0).map(|(s, _)| *s).collect();
-                all = self.expand(&kept);
-                arena.reserve(self.budget, 0, 0, all.len())?;
-                self.kernels.measure(&self.tris, &all, &known.children.centre, &mut arena.rows[..all.len()]);
-                (&all[..], known.children.centre)
-            }
-        };
-        for lane in 0..16 {
-            if open & (1 << lane) != 0 {
-                let p = self.grid.unit([0, 1, 2].map(|a| f64::from(c[a].0[lane])));
-                known.sides[lane] = self.side(list, &arena.rows, lane, p);
-            }
-        }
-        Ok(())
-    }
-
-    /// Where a point lies (unit frame): f64 decides which of the triangles that f32 cannot tell apart is nearest.
-    fn side(&self, list: &[u32], rows: &[Row], lane: usize, p: [f64; 3]) -> Side {
-        let Some(signs) = self.signs else { return Side::Outside };
-        let least = rows[..list.len()].iter().map(|r| r.0[lane]).fold(f32::INFINITY, f32::min);
-        let most = least * (1.0 + 1e-5) + 4.0 * self.slack * (least.sqrt() + self.slack);
-        let mut best = f64::INFINITY;
-        let mut nearest = Nearest { face: 0, point: p };
-        for (&t, row) in list.iter().zip(rows) {
-            if row.0[lane] <= most {
-                let face = self.faces[t as usize];
-                let (d2, point) = distance2(self.corners(face), p);
-                if d2 < best {
-                    best = d2;
-                    nearest = Nearest { face, point };
-                }
-            }
-        }
-        if signs.inside(p, nearest) { Side::Inside } else { Side::Outside }
-    }
-
-    fn corners(&self, face: u32) -> [[f64; 3]; 3] {
-        self.mesh.faces[face as usize].map(|v| self.mesh.vertices[v as usize])
-    }
-
-    fn bound(&self, children: &Children, q: &Points) -> Bound {
-        let c = &children.centre;
-        let w = self.grid.weights;
-        let mut bound = Bound {
-            c: *c,
-            q: *q,
-            base: Row::ZERO,
-            twice: Row::ZERO,
-            extent2: Row::ZERO,
-            weights: w,
-            large: 0.0,
-        };
-        let mut widest = 0.0f32;
-        for lane in 0..16 {
-            let d: [f32; 3] = [0, 1, 2].map(|a| c[a].0[lane] - q[a].0[lane]);
-            let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            let (radius, extent) = (children.radius.0[lane], children.extent.0[lane]);
-            // Both sides of the test round: by parts of the squares, and by the coordinates' own digits.
-            bound.base.0[lane] = d2 * (1.0 + 8e-6) + 4.0 * self.slack * (d2.sqrt() + radius + self.slack);
-            bound.twice.0[lane] = 2.0 * extent * (1.0 + 8e-6);
-            bound.extent2.0[lane] = radius * radius;
-            widest = widest.max(extent);
-        }
-        for a in 0..3 {
-            for lane in 0..16 {
-                bound.q[a].0[lane] *= w[a];
-            }
-        }
-        bound.large = LARGE * widest;
-        bound
-    }
-
-    /// Distances at the nodes of a leaf.
-    fn leaf<S: Sink>(&self, rows: &mut [Row], sink: &mut S, list: &[u32], cell: &Cell) {
-        let points = self.grid.leaf(cell.origin);
-        let mut values = [0.0; 16];
-        let known = cell.sides[0] != Side::Unknown && cell.sides[1] != Side::Unknown;
-        let d2 = if known {
-            self.kernels.leaf(&self.tris, list, &points)
-        } else {
-            self.kernels.measure(&self.tris, list, &points, rows).d2
-        };
-        for lane in 0..16 {
-            values[lane] = d2.0[lane].sqrt();
-        }
-        for lane in 0..16 {
-            let mut side = cell.sides[lane >> 1 & 1];
-            if side == Side::Unknown {
-                let at = place(lane);
-                let index: [u32; 3] = std::array::from_fn(|a| cell.origin[a] + at[a]);
-                if (0..3).any(|a| index[a] < cell.lo[a] || index[a] >= cell.hi[a]) {
-                    continue;
-                }
-                side = self.side(list, rows, lane, self.grid.node(index));
-            }
-            if side == Side::Inside {
-                values[lane] = -values[lane];
-            }
-        }
-        sink.leaf(cell, &values);
     }
 }
 

@@ -78,6 +78,12 @@ impl Cell {
         }
     }
 
+    /// Whether a leaf's node is one of the cell's.
+    pub fn has(&self, lane: usize) -> bool {
+        let at = place(lane);
+        (0..3).all(|a| (self.lo[a]..self.hi[a]).contains(&(self.origin[a] + at[a])))
+    }
+
     pub fn count(&self) -> u64 {
         (0..3).map(|a| u64::from(self.hi[a].saturating_sub(self.lo[a]))).product()
     }
@@ -136,6 +142,13 @@ impl Grid {
     /// A node, unrounded, in the unit frame.
     pub fn node(&self, index: [u32; 3]) -> [f64; 3] {
         self.unit(std::array::from_fn(|a| self.start[a] + self.step[a] * f64::from(index[a])))
+    }
+
+    /// Coordinates of all nodes along one of the world's axes, in the unit frame.
+    pub fn line(&self, axis: usize) -> Vec<f64> {
+        let a = self.axes.iter().position(|&k| k == axis).unwrap_or_default();
+        let at = |i: u32| self.centre[axis] + self.scale * (self.start[a] + self.step[a] * f64::from(i));
+        (0..self.dims[a]).map(at).collect()
     }
 
     /// The longest distance of any point of a node's cell from the nearest node.

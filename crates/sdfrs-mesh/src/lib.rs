@@ -1,5 +1,13 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+#[cfg(test)]
+extern crate self as sdfrs_mesh;
+#[cfg(test)]
+#[path = "../tests/signs/meshes.rs"]
+mod meshes;
+
+mod afterwards;
+mod assembly;
 pub mod bake;
 mod bricks;
 mod budget;
@@ -10,14 +18,18 @@ mod descent;
 pub mod error;
 mod error_bound;
 mod exact;
+mod examine;
 mod frames;
 mod grid;
 pub mod isa;
 mod kernels;
 mod lanes;
+mod leaves;
 pub mod mesh;
+mod pick;
 pub mod read;
 mod shared;
+mod sides;
 pub mod sign;
 
 pub use error::MeshError;

@@ -1,4 +1,5 @@
 //! What the check believes, repairs and reports.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 #[path = "signs/meshes.rs"]
 mod meshes;

@@ -4,7 +4,8 @@ use std::sync::OnceLock;
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
-use sdfrs_core::{Limits, Program, SceneError, Span, eval::Native};
+use sdfrs::device::{self, Choice, On};
+use sdfrs_core::{Limits, Prune, Program, SceneError, Span, eval::Native};
 use sdfrs_trace::{
     Tracer,
     camera::{Camera, Kind},
@@ -17,7 +18,7 @@ use crate::{
 };
 
 /// f32 and f64, here and in numpy.
-pub trait Number: Native + numpy::Element {
+pub trait Number: Native + device::Number + numpy::Element {
     /// Where a node keeps its program of this precision.
     fn program(node: &Node) -> &OnceLock<Program<Self>>;
 }
@@ -118,6 +119,12 @@ pub fn is_f32(precision: &str) -> PyResult<bool> {
     }
 }
 
+/// Where to compute, and how exactly.
+pub fn on(device: &str, strict: bool) -> PyResult<On> {
+    let device: Choice = device.parse().map_err(Fault::from)?;
+    Ok(On { device, strict })
+}
+
 /// The parameters of a tracer, by name; those that its class lacks are absent.
 pub fn tracer(name: &str, parts: &Bound<'_, PyDict>) -> PyResult<Tracer> {
     fn get<'py, T: FromPyObjectOwned<'py>>(parts: &Bound<'py, PyDict>, name: &str) -> PyResult<Option<T>> {
@@ -135,8 +142,18 @@ pub fn tracer(name: &str, parts: &Bound<'_, PyDict>) -> PyResult<Tracer> {
     tracer.map_err(|e| Fault::from(e).into())
 }
 
-pub fn limits(eps: f64, cone: f64, max_steps: u32) -> PyResult<Limits> {
-    let limits = Limits { eps, cone, max_steps };
+/// `skip`: whether automatic pruning may step over empty cells.
+pub fn limits(eps: f64, cone: f64, max_steps: u32, prune: &str, skip: bool) -> PyResult<Limits> {
+    let prune = match prune {
+        "auto" => Prune::Auto { skip },
+        "off" => Prune::Off,
+        "exact" => Prune::Exact,
+        "skip" => Prune::Skip,
+        other => {
+            return Err(scene(format!("prune must be 'auto', 'off', 'exact' or 'skip', got {other:?}")));
+        }
+    };
+    let limits = Limits { eps, cone, max_steps, prune };
     limits.check().map_err(Fault::from)?;
     Ok(limits)
 }

@@ -5,6 +5,7 @@
 
 mod args;
 mod call;
+mod device;
 mod error;
 mod mesh;
 mod node;
@@ -40,13 +41,14 @@ mod _core {
     #[pymodule_export]
     use crate::{
         args::{camera_check, camera_rays},
+        device::adapters,
         mesh::{Triangles, mesh_to_texture},
         node::Node,
         scene::{scene_from_json, scene_to_json},
         set_threads, simd_level,
         texture::{
-            most_bytes, texture_changed, texture_dense, texture_facts, texture_layers, texture_nodes, texture_of_shape,
-            texture_slopes, texture_sparse, texture_table,
+            most_bytes, texture_changed, texture_dense, texture_facts, texture_layers, texture_nodes,
+            texture_of_shape, texture_slopes, texture_sparse, texture_table,
         },
         threads,
         trace::{render, trace, trace_camera},

@@ -9,7 +9,8 @@ use sdfrs_core::Shape;
 use sdfrs_mesh::{
     Mesh, MeshError,
     bake::{Baked, Resolution, Settings},
-    read, sign::SignRule,
+    read,
+    sign::SignRule,
 };
 
 use crate::{
@@ -95,9 +96,15 @@ impl MeshSettings {
             "pseudonormal" => SignRule::Pseudonormal,
             "parity" => SignRule::Parity,
             "unsigned" => SignRule::Unsigned,
-            other => return Err(bad("sign", format!("{other:?} given; auto, winding, pseudonormal, parity and unsigned are allowed"))),
+            other => {
+                return Err(bad(
+                    "sign",
+                    format!("{other:?} given; auto, winding, pseudonormal, parity and unsigned are allowed"),
+                ));
+            }
         };
-        let resolution = if self.cube { Resolution::Cube(self.resolution[0]) } else { Resolution::Each(self.resolution) };
+        let resolution =
+            if self.cube { Resolution::Cube(self.resolution[0]) } else { Resolution::Each(self.resolution) };
         let settings = Settings {
             resolution,
             bounds: self.bounds,

@@ -106,10 +106,15 @@ pub fn texture_sparse(
     } else if let (Ok(v), Some(scale)) = (nodes.extract::<PyReadonlyArray1<'_, u8>>(), &scale) {
         BrickValues::U8 { codes: Arc::new(v.as_array().to_vec()), scale: Arc::new(list(scale)) }
     } else {
-        return Err(PyTypeError::new_err("nodes must be a flat float16 or float32 array, or bytes with a scale"));
+        return Err(PyTypeError::new_err(
+            "nodes must be a flat float16 or float32 array, or bytes with a scale",
+        ));
     };
     if dims.iter().any(|n| !(2..=1 << 20).contains(n)) {
-        return Err(scene(format!("texture: got {dims:?} nodes along x, y, z, allowed: 2 to {} each", 1 << 20)));
+        return Err(scene(format!(
+            "texture: got {dims:?} nodes along x, y, z, allowed: 2 to {} each",
+            1 << 20
+        )));
     }
     let bricks = Bricks::new(table.as_array().to_vec(), list(&far), nodes);
     call::short(py, || Ok(Node::new(facts.shape(Store::Sparse(bricks), dims)?)))
@@ -244,7 +249,10 @@ pub fn texture_changed(
     let bytes = nx.saturating_mul(ny).saturating_mul(nz).saturating_mul(5);
     if dense && bytes > most_bytes() {
         let allowed = most_bytes() >> 20;
-        return Err(scene(format!("to_dense: needs {} MiB, allowed: {allowed} MiB (half of the memory)", bytes >> 20)));
+        return Err(scene(format!(
+            "to_dense: needs {} MiB, allowed: {allowed} MiB (half of the memory)",
+            bytes >> 20
+        )));
     }
     call::short(py, || {
         let grid = if dense { grid.to_dense()? } else { grid.clone() };

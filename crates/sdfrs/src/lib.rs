@@ -1,4 +1,4 @@
-//! Signed distance functions: shapes, six sphere tracers, pictures and measurements, on the CPU.
+//! Signed distance functions: shapes, six sphere tracers, pictures and measurements, on CPU and GPU.
 //!
 //! The door of the house: what a user of the Rust crates needs, under one name.
 //!
@@ -21,6 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod device;
 pub mod polygons;
 pub mod scene;
 pub mod texture;

@@ -1,10 +1,8 @@
-//! Polygons to triangles, by cutting ears off, in the plane that fits the polygon best.
+//! Polygons as arrays have them: signed indices, compared with the number of vertices before they are believed.
 //!
-//! Triangles stay as they are, quadrilaterals and larger ones may be concave or slightly bent. Indices are
-//! compared with the number of vertices first. Law: the triangles' area vectors add up to the polygon's, and
-//! no corner lies inside an ear (tests below).
+//! Law: the triangles' areas add up to the polygon's, concave ones too, and none is turned over (tests below).
 
-use sdfrs_mesh::{Mesh, MeshError};
+use sdfrs_mesh::{Mesh, MeshError, read::polygon::Polygons};
 
 /// A mesh of polygons given as the corners of all of them, one after the other, and each one's count.
 pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> Result<Mesh, MeshError> {
@@ -14,112 +12,33 @@ pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> 
         let message = format!("{} corners given for polygons of {total} in all", corners.len());
         return Err(MeshError::bad("faces", message));
     }
-    let mut faces: Vec<[u32; 3]> = Vec::new();
-    faces.try_reserve(corners.len()).map_err(|_| MeshError::bad("faces", "too many to be held"))?;
-    let (mut at, mut loop_): (usize, Vec<u32>) = (0, Vec::new());
+    let mut polygons = Polygons::of(vertices);
+    let mut rest = corners.iter();
     for (face, &n) in counts.iter().enumerate() {
-        if n < 3 {
-            return Err(MeshError::bad(format!("face {face}"), format!("{n} corners given; at least 3 are allowed")));
+        for &corner in rest.by_ref().take(n as usize) {
+            let vertex = u32::try_from(corner).ok().filter(|_| corner < most).ok_or_else(|| {
+                let allowed = if most == 0 {
+                    "there are none".into()
+                } else {
+                    format!("0 to {} are allowed", most - 1)
+                };
+                MeshError::bad(format!("face {face}"), format!("vertex {corner} given; {allowed}"))
+            })?;
+            polygons.corner(vertex);
         }
-        loop_.clear();
-        for &corner in &corners[at..at + n as usize] {
-            if !(0..most).contains(&corner) {
-                let allowed = if most == 0 { "there are no vertices".into() } else { format!("0 to {} are allowed", most - 1) };
-                return Err(MeshError::bad(format!("face {face}"), format!("vertex {corner} given; {allowed}")));
-            }
-            loop_.push(corner as u32);
-        }
-        at += n as usize;
-        match loop_[..] {
-            [a, b, c] => faces.push([a, b, c]),
-            _ => cut(&vertices, &mut loop_, &mut faces),
-        }
+        polygons.end(face as u64);
     }
-    Ok(Mesh { vertices, faces })
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-/// Cuts a polygon's ears off until a triangle is left.
-fn cut(vertices: &[[f64; 3]], left: &mut Vec<u32>, out: &mut Vec<[u32; 3]>) {
-    let flat = Flat::of(vertices, left);
-    // Which of `flat`'s corners are left, in order.
-    let mut order: Vec<usize> = (0..left.len()).collect();
-    while order.len() > 3 {
-        let n = order.len();
-        let ear = (0..n).find(|&i| flat.is_ear(&order, i)).unwrap_or_else(|| flat.roundest(&order));
-        let [a, b, c] = [(ear + n - 1) % n, ear, (ear + 1) % n].map(|i| order[i]);
-        out.push([left[a], left[b], left[c]]);
-        order.remove(ear);
-    }
-    if let [a, b, c] = order[..] {
-        out.push([left[a], left[b], left[c]]);
-    }
-}
-
-/// A polygon's corners in its own plane.
-struct Flat {
-    at: Vec<[f64; 2]>,
-}
-
-impl Flat {
-    fn of(vertices: &[[f64; 3]], corners: &[u32]) -> Self {
-        let point = |i: u32| vertices[i as usize];
-        let first = point(corners[0]);
-        // Twice the area vector; the largest part's axis is the one to look along.
-        let mut area = [0f64; 3];
-        for pair in corners.windows(2) {
-            let (u, v) = (minus(point(pair[0]), first), minus(point(pair[1]), first));
-            area = [
-                area[0] + u[1] * v[2] - u[2] * v[1],
-                area[1] + u[2] * v[0] - u[0] * v[2],
-                area[2] + u[0] * v[1] - u[1] * v[0],
-            ];
-        }
-        let axis = (0..3).fold(0, |best, i| if area[i].abs() > area[best].abs() { i } else { best });
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let turn = if area[axis] < 0.0 { -1.0 } else { 1.0 };
-        let at = corners.iter().map(|&i| minus(point(i), first)).map(|p| [p[u], p[v] * turn]).collect();
-        Self { at }
-    }
-
-    /// Twice the area of a triangle, positive where it turns like the polygon.
-    fn area(&self, a: usize, b: usize, c: usize) -> f64 {
-        let ([ax, ay], [bx, by], [cx, cy]) = (self.at[a], self.at[b], self.at[c]);
-        (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    }
-
-    fn corner(&self, order: &[usize], i: usize) -> [usize; 3] {
-        let n = order.len();
-        [order[(i + n - 1) % n], order[i], order[(i + 1) % n]]
-    }
-
-    /// Whether corner `i` is convex and no other corner lies in its triangle.
-    fn is_ear(&self, order: &[usize], i: usize) -> bool {
-        let [a, b, c] = self.corner(order, i);
-        let within = |&p: &usize| {
-            let same = [a, b, c].iter().any(|&q| self.at[q] == self.at[p]);
-            !same && self.area(a, b, p) >= 0.0 && self.area(b, c, p) >= 0.0 && self.area(c, a, p) >= 0.0
-        };
-        self.area(a, b, c) > 0.0 && !order.iter().any(within)
-    }
-
-    /// Where a polygon crosses itself no corner need be an ear: then the largest goes.
-    fn roundest(&self, order: &[usize]) -> usize {
-        let area = |i: usize| {
-            let [a, b, c] = self.corner(order, i);
-            self.area(a, b, c)
-        };
-        (0..order.len()).fold(0, |best, i| if area(i) > area(best) { i } else { best })
-    }
+    polygons.mesh(|face| format!("face {face}"))
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| a[i] - b[i])
+    }
 
     fn area(vertices: &[[f64; 3]], f: [u32; 3]) -> f64 {
         let [a, b, c] = f.map(|i| vertices[i as usize]);
@@ -140,9 +59,10 @@ mod tests {
             let sum = |corners: &[i64]| {
                 let mesh = of_polygons(polygon.clone(), corners, &[n]).unwrap();
                 assert_eq!(mesh.faces.len() as u32, n - 2);
-                mesh.faces.iter().map(|f| area(&mesh.vertices, *f)).fold([0.0, 0.0], |s: [f64; 2], a| {
-                    [s[0] + a, s[1] + a.abs()]
-                })
+                mesh.faces
+                    .iter()
+                    .map(|f| area(&mesh.vertices, *f))
+                    .fold([0.0, 0.0], |s: [f64; 2], a| [s[0] + a, s[1] + a.abs()])
             };
             let [a, whole] = sum(&forward);
             assert!(a > 0.0 && (a - whole).abs() < 1e-12, "no triangle turned over: {a} {whole}");
@@ -163,6 +83,6 @@ mod tests {
             let error = of_polygons(v.clone(), &corners, &counts).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");
         }
-        assert!(of_polygons(vec![], &[0, 0, 0], &[3]).unwrap_err().to_string().contains("no vertices"));
+        assert!(of_polygons(vec![], &[0, 0, 0], &[3]).unwrap_err().to_string().contains("there are none"));
     }
 }

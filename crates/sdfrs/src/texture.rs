@@ -7,11 +7,12 @@ use std::sync::Arc;
 
 use sdfrs_core::{
     Control, Grid, SceneError, Shape, bake as shapes,
-    grid::{BrickValues, Bricks, Claim, GridValues, Store},
+    grid::{BrickValues, Bricks, Claim, GridValues, Store, slope},
 };
 use sdfrs_mesh::{
     Mesh, MeshError, Watch,
     bake::{Baked, Settings, Values, bake},
+    sign::SignRule,
 };
 
 /// What samples are stored as.
@@ -64,7 +65,24 @@ pub fn from_mesh(
     stored: Stored,
     control: &Control,
 ) -> Result<(Grid, Baked), TextureError> {
+    if mesh.faces.len() == 1 && settings.sign != SignRule::Unsigned {
+        let message = "one triangle given, which has no inside; sign \"unsigned\" is allowed";
+        return Err(MeshError::bad("faces", message).into());
+    }
     let mut baked = bake(mesh, settings, &Ear(control))?;
+    // A cell that the surface passes must not be cut, or its interpolant would be another.
+    if let Some(band) = settings.band {
+        let least = slope::diagonal(std::array::from_fn(|a| {
+            (baked.hi[a] - baked.lo[a]) / (baked.dims[a] - 1) as f64
+        }));
+        if band < least {
+            return Err(MeshError::bad(
+                "band",
+                format!("{band} given; at least {least}, a cell's diagonal, is allowed"),
+            )
+            .into());
+        }
+    }
     let dims = baked.dims.map(|n| n as usize);
     let values = std::mem::replace(&mut baked.values, Values::Dense(Vec::new()));
     let store = match values {

@@ -115,7 +115,12 @@ fn sizes(fields: &mut Fields) -> Result<[usize; 3], FormatError> {
 }
 
 /// The numbers of a text that must hold exactly as many.
-fn numbers<const N: usize, T>(text: &str, at: &str, n: u64, of: fn([u8; N]) -> T) -> Result<Vec<T>, FormatError> {
+fn numbers<const N: usize, T>(
+    text: &str,
+    at: &str,
+    n: u64,
+    of: fn([u8; N]) -> T,
+) -> Result<Vec<T>, FormatError> {
     let bytes = decode(text, n, N as u64).map_err(|message| FormatError::new(at, message))?;
     Ok(bytes.as_chunks::<N>().0.iter().map(|b| of(*b)).collect())
 }

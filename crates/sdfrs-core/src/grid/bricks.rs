@@ -30,7 +30,10 @@ pub enum BrickValues {
     F16(Arc<Vec<f16>>),
     F32(Arc<Vec<f32>>),
     /// `(code - 128) * scale[slot]`.
-    U8 { codes: Arc<Vec<u8>>, scale: Arc<Vec<f32>> },
+    U8 {
+        codes: Arc<Vec<u8>>,
+        scale: Arc<Vec<f32>>,
+    },
 }
 
 impl BrickValues {
@@ -92,6 +95,16 @@ impl Bricks {
             BrickValues::U8 { codes, scale } => codes.len() + 4 * scale.len(),
         };
         nodes as u64 + 8 * self.table.len() as u64
+    }
+    /// Magnitudes up to this are kept: nearer than every brick without nodes, and than where nodes were cut.
+    pub fn band(&self) -> f32 {
+        let far = self.far.iter().filter(|v| **v != 0.0).fold(f32::INFINITY, |m, v| m.min(v.abs()));
+        let most = match &self.nodes {
+            BrickValues::F16(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.to_f32().abs())),
+            BrickValues::F32(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.abs())),
+            BrickValues::U8 { scale, .. } => scale.iter().fold(0.0, |m: f32, v| m.max(v * STEPS as f32)),
+        };
+        far.min(most)
     }
     /// Where brick `i` keeps its nodes, counted in bricks.
     #[inline(always)]
@@ -168,7 +181,10 @@ impl Bricks {
     /// Clamped to `band` and rounded to bytes, and the largest error within the band.
     pub fn to_u8(&self, dims: [usize; 3], band: f64) -> Result<(Bricks, f64), SceneError> {
         if !(band > 0.0 && band.is_finite()) {
-            return Err(SceneError::new("texture", format!("band is {band}, allowed: a finite number above 0")));
+            return Err(SceneError::new(
+                "texture",
+                format!("band is {band}, allowed: a finite number above 0"),
+            ));
         }
         let (kept, count) = (self.kept(), bricks_along(dims));
         let (mut codes, mut scale) = (Vec::new(), Vec::new());
@@ -176,9 +192,8 @@ impl Bricks {
         reserve(&mut scale, kept)?;
         codes.resize(self.nodes.len(), 0u8);
         let clamped = |slot: usize, i: usize| self.node::<f64>(slot, i).clamp(-band, band);
-        let most: Vec<f64> = (0..kept)
-            .map(|slot| (0..BLOCK).fold(0.0, |m: f64, i| m.max(clamped(slot, i).abs())))
-            .collect();
+        let most: Vec<f64> =
+            (0..kept).map(|slot| (0..BLOCK).fold(0.0, |m: f64, i| m.max(clamped(slot, i).abs()))).collect();
         scale.extend(most.iter().map(|most| ladder(band, *most)));
         self.coarsen(count, &most, ladder(band, band), &mut scale);
         let mut worst = 0f64;
@@ -187,17 +202,25 @@ impl Bricks {
             for node in 0..BLOCK {
                 // A shared node takes the coarsest step of its bricks: then it is the same in all of them.
                 let p = [node % NODES, node / NODES % NODES, node / NODES / NODES];
-                let class = p.map(|v| if v == 0 { 0 } else if v == NODES - 1 { 2 } else { 1 });
+                let class = p.map(|v| {
+                    if v == 0 {
+                        0
+                    } else if v == NODES - 1 {
+                        2
+                    } else {
+                        1
+                    }
+                });
                 let step = f64::from(steps[class[0] + 3 * (class[1] + 3 * class[2])]);
                 let value = clamped(slot, node);
                 let rounded = (value / step).round() * step;
                 worst = worst.max((rounded - value).abs());
-                codes[slot * BLOCK + node] = (rounded / f64::from(scale[slot]) + f64::from(ZERO)).round() as u8;
+                codes[slot * BLOCK + node] =
+                    (rounded / f64::from(scale[slot]) + f64::from(ZERO)).round() as u8;
             }
         }
         let nodes = BrickValues::U8 { codes: Arc::new(codes), scale: Arc::new(scale) };
-        let far = self.far.iter().map(|v| v.clamp(-band as f32, band as f32)).collect();
-        Ok((Bricks { nodes, far: Arc::new(far), table: self.table.clone() }, worst))
+        Ok((Bricks { nodes, ..self.clone() }, worst))
     }
 
     /// Coarser scales where a coarser neighbour may round a shared node beyond a byte's reach.
@@ -229,8 +252,7 @@ impl Bricks {
             }
             self.slot(j[0] + count[0] * (j[1] + count[1] * j[2])).map(|slot| scale[slot])
         };
-        let all: [f32; 27] =
-            std::array::from_fn(|k| neighbour([k % 3, k / 3 % 3, k / 9]).unwrap_or(0.0));
+        let all: [f32; 27] = std::array::from_fn(|k| neighbour([k % 3, k / 3 % 3, k / 9]).unwrap_or(0.0));
         std::array::from_fn(|k| {
             let class = [k % 3, k / 3 % 3, k / 9];
             let mut most = 0f32;

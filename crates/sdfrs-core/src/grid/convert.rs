@@ -87,7 +87,8 @@ impl Grid {
         let ([nx, ny, nz], count) = (self.dims, bricks_along(self.dims));
         for keep in [false, true] {
             for i in (0..bricks.table().len()).filter(|&i| bricks.slot(i).is_some() == keep) {
-                let first = [i % count[0], i / count[0] % count[1], i / count[0] / count[1]].map(|b| b * BRICK);
+                let first =
+                    [i % count[0], i / count[0] % count[1], i / count[0] / count[1]].map(|b| b * BRICK);
                 for z in first[2]..nz.min(first[2] + NODES) {
                     for y in first[1]..ny.min(first[1] + NODES) {
                         for x in first[0]..nx.min(first[0] + NODES) {

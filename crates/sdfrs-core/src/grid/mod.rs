@@ -12,6 +12,7 @@ pub mod dense;
 mod range;
 mod sample;
 pub mod slope;
+pub mod voxel;
 
 use crate::error::SceneError;
 pub use bricks::{BrickValues, Bricks};
@@ -169,6 +170,10 @@ impl Grid {
     /// bricks of a sparse grid apart, which are jumps between lower bounds.
     pub fn lipschitz(&self) -> f64 {
         self.slopes.whole
+    }
+    /// Magnitudes up to this are the field's own; infinite for dense grids.
+    pub fn band(&self) -> f64 {
+        self.bricks().map_or(f64::INFINITY, |b| b.band().into())
     }
     /// Slope of what a walk sees, infinite where values or steps jump (sparse grids, per-brick rules):
     /// what may be concluded from one sample about its neighbourhood.

@@ -1,6 +1,9 @@
 //! Bounds of the field over a box, from the nodes of all cells that the box touches.
 
-use super::{BRICK, Grid, Step, Stepping, Store, bricks_along, slope::{NODES, Rule}};
+use super::{
+    BRICK, Grid, Step, Stepping, Store, bricks_along,
+    slope::{NODES, Rule},
+};
 
 impl Grid {
     /// Bounds of the field over a box given as `[lo, hi]` along each axis.
@@ -71,7 +74,10 @@ impl Grid {
         // A brick's rule reaches at most the value over its slope, and rule 1 with what its walls add.
         let least = self.slopes.bricks.iter().fold(f32::INFINITY, |m, v| m.min(*v));
         let most = |v: f64| v.abs() / f64::from(least);
-        (if lo < 0.0 { -most(lo) } else { a.min(lo / self.slopes.a) }, if hi > 0.0 { most(hi) } else { b.max(hi / self.slopes.a) })
+        (
+            if lo < 0.0 { -most(lo) } else { a.min(lo / self.slopes.a) },
+            if hi > 0.0 { most(hi) } else { b.max(hi / self.slopes.a) },
+        )
     }
 }
 

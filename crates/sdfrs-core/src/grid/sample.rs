@@ -7,8 +7,9 @@
 use half::f16;
 
 use super::{
-    BRICK, BrickValues, Grid, GridValues, Step, Stepping, Store, bricks_along,
+    BRICK, BrickValues, Grid, GridValues, Step, Stepping, Store,
     bricks::widen,
+    bricks_along,
     dense::Sample,
     slope::{BLOCK, NODES, Rule},
 };
@@ -85,6 +86,13 @@ impl Grid {
                 }
             }
         }
+    }
+
+    /// Corners of one cell.
+    pub(super) fn corners_of<T: Scalar>(&self, cell: [usize; 3]) -> [T; 8] {
+        let mut out = [[T::of(0.0); 1]; 8];
+        self.corners(&cell.map(|v| [v as u32]), &mut out);
+        out.map(|c| c[0])
     }
 
     /// Slopes of the points' bricks, alone and with their neighbours.

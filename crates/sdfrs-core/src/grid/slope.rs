@@ -71,7 +71,9 @@ pub fn measure(store: &Store, dims: [usize; 3], spacing: [f64; 3], claim: &Claim
     let count = bricks_along(dims);
     let all: Vec<Option<Found>> = match (store, claim.lipschitz) {
         // Unclaimed grids are measured in f64 whatever they are stored as: their slopes decide steps.
-        (Store::Dense(_), None) | (Store::Dense(GridValues::F64(_)), _) => survey::<f64>(store, dims, spacing, true),
+        (Store::Dense(_), None) | (Store::Dense(GridValues::F64(_)), _) => {
+            survey::<f64>(store, dims, spacing, true)
+        }
         (_, known) => survey::<f32>(store, dims, spacing, known.is_none()),
     };
     let most = all.iter().flatten().fold(Found::default(), |a, b| a.with(*b));
@@ -113,10 +115,7 @@ fn survey<T: Scalar>(store: &Store, dims: [usize; 3], spacing: [f64; 3], pairs: 
     };
     let total: usize = count.iter().product();
     pool::install(|| {
-        (0..total)
-            .into_par_iter()
-            .map_init(|| vec![T::of(0.0); BLOCK], |block, i| one(block, i))
-            .collect()
+        (0..total).into_par_iter().map_init(|| vec![T::of(0.0); BLOCK], |block, i| one(block, i)).collect()
     })
 }
 
@@ -147,7 +146,13 @@ fn fill<T: Scalar>(store: &Store, dims: [usize; 3], at: [usize; 3], i: usize, bl
 }
 
 /// A block of nodes from `first` on; beyond `end` the last ones again.
-fn copy<S: Sample, T: Scalar>(v: &[S], dims: [usize; 3], first: [usize; 3], end: [usize; 3], block: &mut [T]) {
+fn copy<S: Sample, T: Scalar>(
+    v: &[S],
+    dims: [usize; 3],
+    first: [usize; 3],
+    end: [usize; 3],
+    block: &mut [T],
+) {
     let mut rows = block.chunks_exact_mut(NODES);
     for z in 0..NODES {
         for y in 0..NODES {
@@ -190,16 +195,24 @@ impl<T: Scalar> Inverse<T> {
                     let gap = |p: T, q: T| (p - q).abs();
                     let most = |p: [T; 4]| p[0].max(p[1]).max(p[2].max(p[3]));
                     let n = x + 1;
-                    let dx = most([gap(a[n], a[x]), gap(b[n], b[x]), gap(c[n], c[x]), gap(d[n], d[x])]) * self.edge[0];
-                    let dy = most([gap(b[x], a[x]), gap(b[n], a[n]), gap(d[x], c[x]), gap(d[n], c[n])]) * self.edge[1];
-                    let dz = most([gap(c[x], a[x]), gap(c[n], a[n]), gap(d[x], b[x]), gap(d[n], b[n])]) * self.edge[2];
+                    let dx = most([gap(a[n], a[x]), gap(b[n], b[x]), gap(c[n], c[x]), gap(d[n], d[x])])
+                        * self.edge[0];
+                    let dy = most([gap(b[x], a[x]), gap(b[n], a[n]), gap(d[x], c[x]), gap(d[n], c[n])])
+                        * self.edge[1];
+                    let dz = most([gap(c[x], a[x]), gap(c[n], a[n]), gap(d[x], b[x]), gap(d[n], b[n])])
+                        * self.edge[2];
                     steep[x] = steep[x].max(dx * dx + dy * dy + dz * dz);
                     axis[x] = axis[x].max(dx.max(dy).max(dz));
                     if pairs {
-                        let yz = most([gap(a[x], d[x]), gap(b[x], c[x]), gap(a[n], d[n]), gap(b[n], c[n])]) * self.face[0];
-                        let xz = most([gap(a[x], c[n]), gap(a[n], c[x]), gap(b[x], d[n]), gap(b[n], d[x])]) * self.face[1];
-                        let xy = most([gap(a[x], b[n]), gap(a[n], b[x]), gap(c[x], d[n]), gap(c[n], d[x])]) * self.face[2];
-                        let through = most([gap(a[x], d[n]), gap(a[n], d[x]), gap(b[x], c[n]), gap(b[n], c[x])]) * self.body;
+                        let yz = most([gap(a[x], d[x]), gap(b[x], c[x]), gap(a[n], d[n]), gap(b[n], c[n])])
+                            * self.face[0];
+                        let xz = most([gap(a[x], c[n]), gap(a[n], c[x]), gap(b[x], d[n]), gap(b[n], d[x])])
+                            * self.face[1];
+                        let xy = most([gap(a[x], b[n]), gap(a[n], b[x]), gap(c[x], d[n]), gap(c[n], d[x])])
+                            * self.face[2];
+                        let through =
+                            most([gap(a[x], d[n]), gap(a[n], d[x]), gap(b[x], c[n]), gap(b[n], c[x])])
+                                * self.body;
                         pair[x] = pair[x].max(yz.max(xz).max(xy.max(through)));
                     }
                 }
@@ -263,4 +276,3 @@ impl<T: Scalar> Rule<T> {
         T::select_lt(v, T::of(0.0), -step, step)
     }
 }
-

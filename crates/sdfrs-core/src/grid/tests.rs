@@ -52,7 +52,8 @@ fn sparse(n: [usize; 3], band: f64, f: impl Fn([f64; 3]) -> f64) -> Bricks {
     for i in 0..count.iter().product() {
         let at = [i % count[0], i / count[0] % count[1], i / count[0] / count[1]];
         let spread = |v: usize, k: usize| v * BRICK + k;
-        let centre: [f64; 3] = std::array::from_fn(|a| -1.0 + 2.0 * (at[a] as f64 + 0.5) * BRICK as f64 / (n[a] - 1) as f64);
+        let centre: [f64; 3] =
+            std::array::from_fn(|a| -1.0 + 2.0 * (at[a] as f64 + 0.5) * BRICK as f64 / (n[a] - 1) as f64);
         let bound = f(centre).abs() - 3f64.sqrt() * h * BRICK as f64 / 2.0;
         if bound > band {
             table.push(bricks::FAR);
@@ -138,7 +139,8 @@ fn steps_never_pass_the_zero_set() {
                 for reach in [r, back] {
                     let d = random.point(1.0);
                     let n = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                    let end: [f64; 3] = std::array::from_fn(|a| p[a] + d[a] / n * reach.abs() * random.unit().sqrt());
+                    let end: [f64; 3] =
+                        std::array::from_fn(|a| p[a] + d[a] / n * reach.abs() * random.unit().sqrt());
                     let there: f64 = grid.sample(end, Step::Raw);
                     wrong += usize::from((there > 0.0) != (v > 0.0) && there.abs() > 1e-12);
                 }
@@ -176,7 +178,9 @@ fn brick_slopes_bound_what_is_measured() {
         for _ in 0..20_000 {
             let p = random.point(1.0);
             let g = grid.sample_gradient(p, Step::Raw).1;
-            let cell: [usize; 3] = std::array::from_fn(|a| (((p[a] + 1.0) / grid.spacing()[a]) as usize).min(grid.dims()[a] - 2) / BRICK);
+            let cell: [usize; 3] = std::array::from_fn(|a| {
+                (((p[a] + 1.0) / grid.spacing()[a]) as usize).min(grid.dims()[a] - 2) / BRICK
+            });
             let bound = slopes[cell[0] + count[0] * (cell[1] + count[1] * cell[2])];
             let steep = g.iter().map(|v| v * v).sum::<f64>().sqrt();
             assert!(steep <= f64::from(bound) * (1.0 + 1e-6), "{name}: {steep} > {bound} at {p:?}");
@@ -306,7 +310,10 @@ fn ranges_hold_all_values() {
                         let q = p.map(|v| v + size * random.unit());
                         let v: f64 = grid.sample(q, step);
                         let tiny = 1e-12;
-                        assert!(lo - tiny <= v && v <= hi + tiny, "{name} {stepping:?} {step:?}: {v} not in {lo} {hi}");
+                        assert!(
+                            lo - tiny <= v && v <= hi + tiny,
+                            "{name} {stepping:?} {step:?}: {v} not in {lo} {hi}"
+                        );
                     }
                 }
             }
@@ -318,7 +325,11 @@ fn ranges_hold_all_values() {
 fn steep_samples_are_no_distance() {
     let n = [9; 3];
     // Slope 1 along each axis, sqrt(3) in space: the difference over a diagonal gives it away.
-    let grid = make(Store::Dense(GridValues::F64(dense(n, |p| p[0] + p[1] + p[2] + 2.9).into())), n, Claim::default());
+    let grid = make(
+        Store::Dense(GridValues::F64(dense(n, |p| p[0] + p[1] + p[2] + 2.9).into())),
+        n,
+        Claim::default(),
+    );
     let p = [0.9, 0.9, 0.9];
     let v: f64 = grid.sample(p, Step::Safe);
     assert!(v <= (2.7 + 2.9) / 3f64.sqrt() + 1e-9, "{v}");
@@ -333,12 +344,21 @@ fn bad_bricks_are_refused() {
     let nodes = nodes.to_vec();
     type Parts = (Vec<u32>, Vec<f32>, Vec<f32>);
     let spoil: [(&str, fn(&mut Parts)); 6] = [
-        ("table", |p| { p.0.pop(); }),
+        ("table", |p| {
+            p.0.pop();
+        }),
         ("brick 0 is at", |p| p.0[0] = 1 << 20),
-        ("far", |p| { p.1.push(1.0); }),
-        ("nodes", |p| { p.2.pop(); }),
+        ("far", |p| {
+            p.1.push(1.0);
+        }),
+        ("nodes", |p| {
+            p.2.pop();
+        }),
         ("finite", |p| p.2[5] = f32::NAN),
-        ("far value", |p| { p.0[0] = bricks::FAR; p.1[0] = 0.0; }),
+        ("far value", |p| {
+            p.0[0] = bricks::FAR;
+            p.1[0] = 0.0;
+        }),
     ];
     for (word, spoil) in spoil {
         let mut parts = (table.clone(), far.clone(), nodes.clone());

@@ -22,8 +22,6 @@ use crate::{error::GpuError, grids};
 
 /// Most slots: an invocation keeps them in memory of its own.
 const SLOTS: usize = 512;
-/// Which of these a tape has is a matter of its length: scenes with any have all, so that they share a text.
-const FOLDS: [Op; 3] = [Op::Min, Op::Min3, Op::Min4];
 /// Rows before the program.
 const HEAD: usize = 1;
 
@@ -80,12 +78,8 @@ fn rows(graph: &Graph, tape: &Tape<f32>) -> Result<(Vec<[f32; 4]>, BTreeSet<Op>)
         let what = "rows of an interpreted scene".into();
         return Err(GpuError::Limits { what, asked: rows.len() as u64, allowed: 1 << 24 });
     }
-    let mut used: BTreeSet<Op> = instructions.iter().map(|ins| ins.op).collect();
-    // No more than that: a driver in software runs through every case for every instruction.
-    if FOLDS.iter().any(|op| used.contains(op)) {
-        used.extend(FOLDS);
-    }
-    Ok((rows, used))
+    // No more cases than these: a driver in software runs through every one for every instruction.
+    Ok((rows, instructions.iter().map(|ins| ins.op).collect()))
 }
 
 fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {

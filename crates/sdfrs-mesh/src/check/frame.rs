@@ -1,6 +1,7 @@
 //! The frame in which all work is done, and which faces have an area.
 
 use crate::Mesh;
+use glam::DVec3;
 
 /// world = centre + scale * unit
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,16 +10,22 @@ pub struct Frame {
     pub scale: f64,
 }
 
-/// The box of all corners of `faces`; inside out where there are none.
-pub fn bounds(mesh: &Mesh, faces: &[[u32; 3]]) -> ([f64; 3], [f64; 3]) {
+/// Which vertices `faces` have.
+pub fn used(mesh: &Mesh, faces: &[[u32; 3]]) -> Vec<bool> {
+    let mut used = vec![false; mesh.vertices.len()];
+    for &v in faces.iter().flatten() {
+        used[v as usize] = true;
+    }
+    used
+}
+
+/// The box of the `used` vertices; inside out where there are none.
+pub fn bounds(mesh: &Mesh, used: &[bool]) -> ([f64; 3], [f64; 3]) {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for face in faces {
-        for &v in face {
-            let p = mesh.vertices[v as usize];
-            for axis in 0..3 {
-                lo[axis] = lo[axis].min(p[axis]);
-                hi[axis] = hi[axis].max(p[axis]);
-            }
+    for (p, _) in mesh.vertices.iter().zip(used).filter(|(_, used)| **used) {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(p[axis]);
+            hi[axis] = hi[axis].max(p[axis]);
         }
     }
     (lo, hi)
@@ -59,24 +66,27 @@ pub enum Flat {
     Needle,
 }
 
-/// The face's edges are scaled by the longest, so that nothing overflows or vanishes.
 pub fn flatness(corners: &[[f64; 3]; 3]) -> Flat {
     let [a, b, c] = corners;
     if a == b || b == c || c == a {
         return Flat::Collapsed;
     }
-    let half = |p: &[f64; 3], q: &[f64; 3]| {
-        glam::DVec3::from_array(std::array::from_fn(|i| 0.5 * q[i] - 0.5 * p[i]))
-    };
-    let edges = [half(a, b), half(b, c), half(c, a)];
+    // Halves: a difference may be beyond f64.
+    let half =
+        |p: &[f64; 3], q: &[f64; 3]| DVec3::from_array(std::array::from_fn(|i| 0.5 * q[i] - 0.5 * p[i]));
+    let mut edges = [half(a, b), half(b, c), half(c, a)];
     let longest = edges.iter().map(|e| e.abs().max_element()).fold(0.0, f64::max);
     if longest == 0.0 {
         return Flat::Collapsed;
     }
-    let [u, v, w] = edges.map(|e| e / longest);
-    // The error of the product is about 4 eps |u| |v|: below a few times that the normal points anywhere.
-    let area = u.cross(v).length();
-    let (u, v, w) = (u.length(), v.length(), w.length());
-    let sides = u * v * w / u.min(v).min(w).max(f64::MIN_POSITIVE);
-    if area <= 32.0 * f64::EPSILON * sides { Flat::Needle } else { Flat::No }
+    // Only where fourth powers would leave f64.
+    if !(1e-60..1e60).contains(&longest) {
+        edges = edges.map(|e| e / longest);
+    }
+    let [u, v, w] = edges.map(|e| e.length_squared());
+    // The product of the longer two of three; the shortest may be as good as zero.
+    let sides = (u * v).max(v * w).max(w * u);
+    // The error of the cross product is about 4 eps of that: below a few times as much the normal points anywhere.
+    let limit = 32.0 * f64::EPSILON;
+    if edges[0].cross(edges[1]).length_squared() <= limit * limit * sides { Flat::Needle } else { Flat::No }
 }

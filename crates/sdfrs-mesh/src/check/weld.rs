@@ -1,17 +1,17 @@
-//! Equal vertices, equal faces, and what hangs together.
+//! Equal vertices, and what hangs together.
 //!
 //! The hash is seeded anew in every process: no file can be made to collide. What is found doesn't depend on it.
 
 use super::frame::Frame;
 use crate::Mesh;
-use foldhash::fast::RandomState;
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
+use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
+use std::hash::BuildHasher;
 
 const NONE: u32 = u32::MAX;
 
 pub struct Weld {
-    /// Used vertices in the unit frame, in the order of their first use by index.
+    /// Used vertices in the unit frame, in the order of their first mention in the mesh.
     pub vertices: Vec<[f64; 3]>,
     /// The new index of each old one.
     pub of: Vec<u32>,
@@ -19,102 +19,47 @@ pub struct Weld {
     pub unused: u64,
 }
 
-/// One vertex for every place that `faces` use.
-pub fn weld(mesh: &Mesh, faces: &[[u32; 3]], frame: &Frame) -> Weld {
-    let mut of = vec![NONE; mesh.vertices.len()];
-    for &v in faces.iter().flatten() {
-        of[v as usize] = 0;
-    }
-    let used = of.iter().filter(|&&new| new == 0).count();
-    let mut seen: HashMap<[u64; 3], u32, RandomState> =
-        HashMap::with_capacity_and_hasher(used, RandomState::default());
-    let mut vertices = Vec::with_capacity(used);
-    for (new, &p) in of.iter_mut().zip(&mesh.vertices) {
-        if *new == NONE {
-            continue;
-        }
+/// One vertex for every place among the `used` ones.
+pub fn weld(mesh: &Mesh, used: &[bool], frame: &Frame) -> Weld {
+    let count = used.iter().filter(|&&used| used).count();
+    let mut of = vec![NONE; used.len()];
+    let mut vertices: Vec<[f64; 3]> = Vec::with_capacity(count);
+    let state = foldhash::fast::RandomState::default();
+    let bits = |p: &[f64; 3]| p.map(f64::to_bits);
+    let mut seen: HashTable<u32> = HashTable::with_capacity(count);
+    for ((new, &p), _) in of.iter_mut().zip(&mesh.vertices).zip(used).filter(|(_, used)| **used) {
         let unit = frame.unit(p);
-        *new = *seen.entry(unit.map(f64::to_bits)).or_insert_with(|| {
-            vertices.push(unit);
-            (vertices.len() - 1) as u32
-        });
-    }
-    let (welded, unused) = ((used - vertices.len()) as u64, (of.len() - used) as u64);
-    Weld { vertices, of, welded, unused }
-}
-
-/// Keeps the first of faces with the same corners in the same order. Where the same corners are there in both orders,
-/// all stay: such faces cancel each other, and which of them is superfluous nobody can say.
-pub fn drop_duplicates(faces: &mut Vec<[u32; 3]>) {
-    const FIRST: u8 = 0;
-    const AGAIN: u8 = 1;
-    const BOTH: u8 = 2;
-    let mut seen: HashMap<[u32; 3], (u32, u8), RandomState> =
-        HashMap::with_capacity_and_hasher(faces.len(), RandomState::default());
-    let mut again = Vec::new();
-    for (i, face) in faces.iter().enumerate() {
-        let (key, even) = sorted(*face);
-        match seen.entry(key) {
+        let same = |&i: &u32| vertices[i as usize] == unit;
+        let hash = |&i: &u32| state.hash_one(bits(&vertices[i as usize]));
+        *new = match seen.entry(state.hash_one(bits(&unit)), same, hash) {
+            Entry::Occupied(place) => *place.get(),
             Entry::Vacant(place) => {
-                place.insert((i as u32, FIRST));
+                let name = vertices.len() as u32;
+                place.insert(name);
+                vertices.push(unit);
+                name
             }
-            Entry::Occupied(mut place) => {
-                let (first, state) = place.get_mut();
-                let same = sorted(faces[*first as usize]).1 == even;
-                *state = if same { (*state).max(AGAIN) } else { BOTH };
-                again.push(i);
-            }
-        }
+        };
     }
-    if again.is_empty() {
-        return;
-    }
-    let mut drop = vec![false; faces.len()];
-    for i in again {
-        drop[i] = seen.get(&sorted(faces[i]).0).is_some_and(|&(_, state)| state == AGAIN);
-    }
-    let mut at = 0;
-    faces.retain(|_| {
-        at += 1;
-        !drop[at - 1]
-    });
-}
-
-/// The corners in rising order, and whether that took an even number of swaps.
-fn sorted([mut a, mut b, mut c]: [u32; 3]) -> ([u32; 3], bool) {
-    let mut even = true;
-    for _ in 0..2 {
-        if a > b {
-            (a, b, even) = (b, a, !even);
-        }
-        if b > c {
-            (b, c, even) = (c, b, !even);
-        }
-    }
-    ([a, b, c], even)
+    let (welded, unused) = ((count - vertices.len()) as u64, (used.len() - count) as u64);
+    Weld { vertices, of, welded, unused }
 }
 
 /// How many parts have no vertex in common.
 pub fn components(faces: &[[u32; 3]], vertices: usize) -> u64 {
     let mut parent: Vec<u32> = (0..vertices as u32).collect();
     let mut used = vec![false; vertices];
-    let mut parts = 0;
     for face in faces {
         for &v in face {
-            if !std::mem::replace(&mut used[v as usize], true) {
-                parts += 1;
-            }
+            used[v as usize] = true;
         }
         let first = root(&mut parent, face[0]);
         for &v in &face[1..] {
             let other = root(&mut parent, v);
-            if other != first {
-                parent[other as usize] = first;
-                parts -= 1;
-            }
+            parent[other as usize] = first;
         }
     }
-    parts
+    (0..vertices).filter(|&v| used[v] && parent[v] == v as u32).count() as u64
 }
 
 /// The part's name, with every second step of the way shortened.

@@ -219,7 +219,7 @@ pub fn careful(tree: &Tree, mesh: &Checked, p: [f64; 3]) -> Option<f64> {
                 stack.push(level - 1, cluster);
             } else {
                 for &face in tree.faces(cluster) {
-                    let (y, x) = half_angle(p, &mesh.corners(face as usize).map(DVec3::from));
+                    let (y, x) = half_angle(p, &mesh.points(face as usize));
                     if y == 0.0 && x < 0.0 {
                         return None;
                     }
@@ -255,4 +255,42 @@ fn careful_far(p: DVec3, block: &Far, l: usize) -> Option<f64> {
     let dot = |m: &[Lanes], v: &[f64]| m.iter().zip(v).map(|(m, v)| get(m) * v).sum::<f64>();
     let (first, second) = (dot(&block.first, &first), dot(&block.second, &second));
     Some((vector(&block.area).dot(r) + (first + second / squared) / squared) / (squared * squared.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Guess, careful, guess, walk};
+    use crate::check::check;
+    use crate::meshes::{Dice, beheaded, icosphere};
+    use crate::sign::{solid, tree::Tree};
+
+    #[test]
+    fn every_processor_guesses_the_same_bits_and_well() {
+        let (mesh, _) = check(&beheaded(icosphere(4), 0.2)).unwrap();
+        let tree = Tree::new(&mesh);
+        let mut dice = Dice::new(1);
+        let points: Vec<[f64; 3]> = (0..2000).map(|_| dice.point(1.1)).collect();
+        let plain: Vec<Guess> = points.iter().map(|p| walk(&tree, *p)).collect();
+        let mut same = |i: usize, guess: Guess| {
+            assert_eq!((guess.winding.to_bits(), guess.sure), (plain[i].winding.to_bits(), plain[i].sure));
+        };
+        guess(&tree, &points, &mut same);
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has just said that it has it.
+            #[allow(unsafe_code)]
+            unsafe {
+                super::avx2(&tree, &points, &mut same);
+            }
+        }
+        let (mut worst, mut worst_careful): (f64, f64) = (0.0, 0.0);
+        for (p, guess) in points.iter().zip(&plain) {
+            let exact = solid::winding(&mesh, *p);
+            if guess.sure {
+                worst = worst.max((guess.winding - exact).abs());
+            }
+            worst_careful = worst_careful.max((careful(&tree, &mesh, *p).unwrap() - exact).abs());
+        }
+        assert!(worst < 0.01 && worst_careful < 0.0005, "{worst} {worst_careful}");
+    }
 }

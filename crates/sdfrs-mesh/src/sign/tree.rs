@@ -3,6 +3,8 @@
 //! The order comes from median splits along the longest axis, at multiples of powers of 16: every cluster but the last
 //! of its level is full, and the tree needs no pointers.
 
+use super::Nearest;
+use super::pseudo::foot;
 use crate::check::Checked;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -73,7 +75,8 @@ fn order(mesh: &Checked) -> Vec<u32> {
         .faces
         .iter()
         .map(|f| {
-            let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);
+            let [a, b, c] = *f;
+            let [a, b, c] = [mesh.vertices[a as usize], mesh.vertices[b as usize], mesh.vertices[c as usize]];
             std::array::from_fn(|i| a[i] + b[i] + c[i])
         })
         .collect();
@@ -133,7 +136,7 @@ impl Near {
         // Missing faces are a point far away.
         let mut near = Self { corners: [[[1e3; WIDE]; 3]; 3], normal: [[0.0; WIDE]; 3], noise: [0.0; WIDE] };
         for (lane, &face) in faces.iter().enumerate() {
-            let corners = mesh.corners(face as usize).map(DVec3::from);
+            let corners = mesh.points(face as usize);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             for axis in 0..3 {
                 for k in 0..3 {
@@ -172,7 +175,7 @@ impl Moments {
     }
 
     fn of(mesh: &Checked, faces: &[u32]) -> Self {
-        let all: Vec<[DVec3; 3]> = faces.iter().map(|&f| mesh.corners(f as usize).map(DVec3::from)).collect();
+        let all: Vec<[DVec3; 3]> = faces.iter().map(|&f| mesh.points(f as usize)).collect();
         let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a);
         let (mut middle, mut weight) = (DVec3::ZERO, 0.0);
         for t in &all {
@@ -269,4 +272,41 @@ fn second(m: &[[DVec3; 3]; 3]) -> [f64; 7] {
         6.0 * s(0, 1, 2),
     ]
     .map(|x| 7.5 * x)
+}
+
+impl Tree {
+    /// The face nearest to `p`, in f64; of equally near ones the first in the mesh.
+    pub fn nearest(&self, mesh: &Checked, p: [f64; 3]) -> Nearest {
+        let p = DVec3::from(p);
+        let mut best = (f64::INFINITY, u32::MAX, p);
+        let mut open = vec![(0.0, self.levels.len(), 0)];
+        while let Some((bound, level, block)) = open.pop() {
+            if bound > best.0.sqrt() {
+                continue;
+            }
+            if level == 0 {
+                for &face in self.faces(block) {
+                    let foot = foot(p, &mesh.points(face as usize));
+                    if foot.squared < best.0 || (foot.squared == best.0 && face < best.1) {
+                        best = (foot.squared, face, foot.point);
+                    }
+                }
+                continue;
+            }
+            let from = open.len();
+            let clusters = if level == 1 { self.near.len() } else { self.levels[level - 2].len() };
+            for cluster in block * WIDE..((block + 1) * WIDE).min(clusters) {
+                let (far, lane) = (&self.levels[level - 1][block], cluster % WIDE);
+                let centre = DVec3::from([0, 1, 2].map(|axis| f64::from(far.centre[axis][lane])));
+                // What f32 has rounded away is far less than the last term.
+                let bound = (p - centre).length() - f64::from(far.radius[lane]).sqrt() * (1.0 + 1e-6) - 1e-6;
+                if bound <= best.0.sqrt() {
+                    open.push((bound, level - 1, cluster));
+                }
+            }
+            // The nearest last, so that it is opened first.
+            open[from..].sort_by(|a, b| b.0.total_cmp(&a.0));
+        }
+        Nearest { face: best.1, point: best.2.to_array() }
+    }
 }

@@ -1,6 +1,7 @@
 //! The winding number at three prices: a guess in lanes, a careful one where that is near 1/2 or not sure, the exact one
 //! where the careful one is as near to 1/2 as its own error.
 
+use super::Nearest;
 use super::fast::{self, Guess};
 use super::solid::{self, Rim};
 use super::tree::Tree;
@@ -43,6 +44,10 @@ impl Winding {
             };
             out[i] = (2.0 * winding - 1.0).abs().min(1.0);
         });
+    }
+
+    pub fn nearest(&self, mesh: &Checked, p: [f64; 3]) -> Nearest {
+        self.tree.nearest(mesh, p)
     }
 
     #[cold]
