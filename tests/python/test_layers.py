@@ -19,8 +19,9 @@ ROOMS = {
         ["op"],
         ["shape"],
         ["file", "graph"],
+        ["fuse"],
         ["tape"],
-        ["eval", "field"],
+        ["eval", "field", "prune"],
         ["bake"],
     ],
     "sdfrs-trace": [

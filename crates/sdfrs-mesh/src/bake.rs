@@ -152,8 +152,10 @@ fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
     }
     let bytes = dims.iter().map(|&n| u64::from(n)).product::<u64>().saturating_mul(4);
     if !settings.sparse && bytes > settings.budget_bytes {
-        let message =
-            format!("{} x {} x {} nodes take {bytes} bytes; {} are allowed", dims[0], dims[1], dims[2], settings.budget_bytes);
+        let message = format!(
+            "{} x {} x {} nodes take {bytes} bytes; {} are allowed",
+            dims[0], dims[1], dims[2], settings.budget_bytes
+        );
         return Err(MeshError::bad("resolution", message));
     }
     if let Some(band) = settings.band.filter(|b| !(*b > 0.0 && b.is_finite())) {
@@ -163,7 +165,10 @@ fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
         return Err(MeshError::bad("confidence", "asked for with sparse; only a dense grid has it"));
     }
     if !(settings.padding >= 0.0 && settings.padding.is_finite()) {
-        return Err(MeshError::bad("padding", format!("{} given; it has to be 0 or more and finite", settings.padding)));
+        return Err(MeshError::bad(
+            "padding",
+            format!("{} given; it has to be 0 or more and finite", settings.padding),
+        ));
     }
     let Some((lo, hi)) = settings.bounds else { return Ok(None) };
     extents("bounds", lo, hi)?;
@@ -174,7 +179,8 @@ fn extents(what: &str, lo: [f64; 3], hi: [f64; 3]) -> Result<(), MeshError> {
     for k in 0..3 {
         if !(lo[k] < hi[k] && (hi[k] - lo[k]).is_finite()) {
             let axis = ["x", "y", "z"][k];
-            let message = format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
+            let message =
+                format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
             return Err(MeshError::bad(what, message));
         }
     }
@@ -216,9 +222,15 @@ struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    fn new(mesh: &'a Checked, layout: &'a Layout, settings: &'a Settings, budget: &'a Budget) -> Result<Self, MeshError> {
+    fn new(
+        mesh: &'a Checked,
+        layout: &'a Layout,
+        settings: &'a Settings,
+        budget: &'a Budget,
+    ) -> Result<Self, MeshError> {
         let Layout { dims, lo, hi } = *layout;
-        let unit = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (p[k] - mesh.centre[k]) / mesh.scale) };
+        let unit =
+            |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (p[k] - mesh.centre[k]) / mesh.scale) };
         let bricks = dims.map(|n| (n - 1).div_ceil(SIDE));
         let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
         let (first, last) = (unit(lo), unit(hi));
@@ -226,7 +238,8 @@ impl<'a> Job<'a> {
         let size = mesh.vertices.iter().map(|&v| grid.frame(v).abs().max_element()).fold(1.0, f64::max);
         let scale = mesh.scale * grid.scale;
         if !(size < 1e9) {
-            let message = format!("the mesh is {size:.0e} times as large, or as far away; at most 1e9 is allowed");
+            let message =
+                format!("the mesh is {size:.0e} times as large, or as far away; at most 1e9 is allowed");
             return Err(MeshError::bad("bounds", message));
         }
         if !(scale * size < 1e36 && scale > 1e-30) {
@@ -240,7 +253,19 @@ impl<'a> Job<'a> {
             None => f64::INFINITY,
         };
         let max_error = crate::error_bound::bound(size) * scale;
-        Ok(Self { mesh, settings, budget, layout, grid, scale: scale as f32, band: band as f32, size, max_error, bricks, closed: false })
+        Ok(Self {
+            mesh,
+            settings,
+            budget,
+            layout,
+            grid,
+            scale: scale as f32,
+            band: band as f32,
+            size,
+            max_error,
+            bricks,
+            closed: false,
+        })
     }
 
     fn descent<'s>(&'s self, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Result<Descent<'s>, MeshError> {

@@ -20,7 +20,11 @@ struct Middle {
 }
 
 /// Face numbers in the new order.
-pub fn order(corners: impl Fn(usize) -> [DVec3; 3], count: usize, watch: &dyn Watch) -> Result<Vec<u32>, MeshError> {
+pub fn order(
+    corners: impl Fn(usize) -> [DVec3; 3],
+    count: usize,
+    watch: &dyn Watch,
+) -> Result<Vec<u32>, MeshError> {
     let mut middles: Vec<Middle> = (0..count)
         .map(|f| {
             let [a, b, c] = corners(f);

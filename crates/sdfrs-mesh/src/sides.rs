@@ -50,7 +50,8 @@ impl Descent<'_> {
             return Ok(());
         }
         let masks = &arena.masks[mask..mask + list.len()];
-        let kept: Vec<u32> = list.iter().zip(masks).filter(|(_, m)| **m & open != 0).map(|(s, _)| *s).collect();
+        let kept: Vec<u32> =
+            list.iter().zip(masks).filter(|(_, m)| **m & open != 0).map(|(s, _)| *s).collect();
         let all = self.expand(&kept);
         arena.reserve(self.budget, 0, 0, all.len())?;
         self.kernels.measure(&self.tris, &all, &known.children.centre, &mut arena.rows[..all.len()]);

@@ -25,7 +25,8 @@ fn hold(name: &str, mesh: &Mesh, settings: &Settings) {
     assert_eq!(sparse.bricks, dims.map(|n| (n - 1).div_ceil(8) as u32));
     let wide = sparse.bricks.map(|b| 8 * b + 1);
     let hi = std::array::from_fn(|k| baked.lo[k] + step[k] * f64::from(wide[k] - 1));
-    let wider = Settings { resolution: Resolution::Each(wide), bounds: Some((baked.lo, hi)), ..settings.clone() };
+    let wider =
+        Settings { resolution: Resolution::Each(wide), bounds: Some((baked.lo, hi)), ..settings.clone() };
     let (exact, values) = dense(mesh, &Settings { band: None, ..wider });
     let slack = (exact.max_error + baked.max_error) as f32;
     let value = |p: [u32; 3]| values[(p[0] + wide[0] * (p[1] + wide[1] * p[2])) as usize];
@@ -42,7 +43,10 @@ fn hold(name: &str, mesh: &Mesh, settings: &Settings) {
             let far = sparse.far[b as usize];
             for n in nodes {
                 let v = value(std::array::from_fn(|k| at[k] + n[k]));
-                assert!(far.abs() <= v.abs() + slack && v.signum() == far.signum(), "{name}: {at:?} {n:?}: {far} {v}");
+                assert!(
+                    far.abs() <= v.abs() + slack && v.signum() == far.signum(),
+                    "{name}: {at:?} {n:?}: {far} {v}"
+                );
             }
             continue;
         }
