@@ -33,7 +33,7 @@ TOOLS = {
     "lint": ["ruff>=0.6", "mypy>=1.10"],
     "package": ["twine>=6.1", "packaging>=24.2"],
 }
-PYTHON_CODE = ["dev.py", "tools", "python", "examples", "tests/python"]
+PYTHON_CODE = ["dev.py", "tools", "python", "examples", "benches", "tests/python"]
 MYPY_CODE = ["python/sdfrs", "examples/02_compare_tracers.py", "examples/03_formula.py", "examples/demo.py"]
 
 
@@ -262,6 +262,9 @@ def bench(options: argparse.Namespace, rest: list[str]) -> None:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:
         run("cargo", "run", "-q", *peers, "--bin", "ratios", "--", *rest)
+        if not rest:
+            ensure_built()
+            run(PYTHON, "benches/import_time.py")
 
 
 def doctor(_: argparse.Namespace, rest: list[str]) -> None:

@@ -4,16 +4,43 @@
 //! Law: before a clock starts, all three have given the same values ([`Scene::agree`]).
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+/// Calls a plain loop in the version for this processor.
+macro_rules! native {
+    ($name:ident ($($arg:expr),*)) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::is_x86_feature_detected as has;
+            // SAFETY: the features were asked for; every processor with AVX2 has the smaller ones beside it.
+            #[allow(unsafe_code)]
+            unsafe {
+                if has!("avx512f") && has!("avx512vl") && has!("avx512dq") && has!("avx512bw") {
+                    return crate::native::avx512::$name($($arg),*);
+                }
+                if has!("avx2") && has!("fma") {
+                    return crate::native::avx2::$name($($arg),*);
+                }
+            }
+        }
+        crate::$name($($arg),*)
+    }};
+}
+
 pub mod clock;
 pub mod fidget_peer;
+pub mod limits;
 pub mod number;
+#[cfg(target_arch = "x86_64")]
+pub mod packet;
+pub mod pruned_peer;
 pub mod scenes;
+pub mod tables;
 pub mod trace;
 
 use sdfrs_core::{Program, Scratch, Shape};
 
 use fidget_peer::Jit;
 use number::{Expr, Formula};
+use pruned_peer::Pruned;
 
 /// One scene for all rivals.
 pub struct Scene {
@@ -22,26 +49,80 @@ pub struct Scene {
     pub hand: Box<dyn Hand>,
 }
 
-/// The scene's formula in its two uses.
+/// The scene's formula in its uses.
 pub trait Hand {
     fn jit(&self) -> Jit;
+    fn pruned_jit(&self) -> Pruned;
     fn scalar(&self, p: [&[f32]; 3], out: &mut [f32]);
-    /// One ray, Hart's loop.
-    fn ray(&self, ray: &trace::Line) -> trace::End;
+    /// Hart's loop, one ray after the other.
+    fn rays(&self, lines: &[trace::Line]) -> trace::Totals;
+    fn work(&self) -> limits::Work;
+    /// Samples of Hart's loop on a ray, and the fewest balls that cover it.
+    fn balls(&self, line: &trace::Line) -> (u32, u32);
 }
 
 impl<F: Formula> Hand for F {
     fn jit(&self) -> Jit {
         Jit::new(self)
     }
+    fn pruned_jit(&self) -> Pruned {
+        Pruned::new(self)
+    }
     fn scalar(&self, p: [&[f32]; 3], out: &mut [f32]) {
-        for i in 0..out.len() {
-            out[i] = self.at([p[0][i], p[1][i], p[2][i]]);
-        }
+        native!(values(self, p, out))
     }
-    fn ray(&self, line: &trace::Line) -> trace::End {
-        line.walk(|p| self.at(p))
+    fn rays(&self, lines: &[trace::Line]) -> trace::Totals {
+        native!(walk(self, lines))
     }
+    fn work(&self) -> limits::Work {
+        limits::work(self)
+    }
+    fn balls(&self, line: &trace::Line) -> (u32, u32) {
+        limits::balls(line, |p| self.at(p))
+    }
+}
+
+#[inline(always)]
+fn values<F: Formula>(formula: &F, p: [&[f32]; 3], out: &mut [f32]) {
+    for i in 0..out.len() {
+        out[i] = formula.at([p[0][i], p[1][i], p[2][i]]);
+    }
+}
+
+#[inline(always)]
+fn walk<F: Formula>(formula: &F, lines: &[trace::Line]) -> trace::Totals {
+    let mut sum = trace::Totals { hits: 0, steps: 0 };
+    for line in lines {
+        let end = line.walk(|p| formula.at(p));
+        sum.hits += usize::from(end.hit);
+        sum.steps += u64::from(end.steps);
+    }
+    sum
+}
+
+/// The plain loops as `-C target-cpu=native` would compile them, for the processor that runs.
+mod native {
+    use super::{Formula, trace};
+
+    macro_rules! version {
+        ($name:ident $features:tt) => {
+            #[allow(unsafe_code)]
+            pub mod $name {
+                use super::{Formula, trace};
+
+                #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+                pub unsafe fn values<F: Formula>(formula: &F, p: [&[f32]; 3], out: &mut [f32]) {
+                    crate::values(formula, p, out);
+                }
+                #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+                pub unsafe fn walk<F: Formula>(formula: &F, lines: &[trace::Line]) -> trace::Totals {
+                    crate::walk(formula, lines)
+                }
+            }
+        };
+    }
+    version!(avx512 "avx512f,avx512vl,avx512dq,avx512bw,fma,bmi1,bmi2,lzcnt,popcnt");
+    version!(avx2 "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 }
 
 impl Scene {

@@ -58,7 +58,7 @@ pub fn sphere() -> Scene {
 }
 
 /// Where the `i`-th of twelve primitives lies.
-fn place(i: usize) -> [f64; 3] {
+pub fn place(i: usize) -> [f64; 3] {
     let a = i as f64;
     [0.9 * (1.7 * a).sin(), 0.8 * (2.3 * a + 0.5).sin(), 0.9 * (1.1 * a + 1.0).cos()]
 }
@@ -150,7 +150,7 @@ pub fn spheres(n: usize) -> Scene {
     let at: Vec<[f64; 3]> = (0..n).map(|_| std::array::from_fn(|_| random.within(-1.5, 1.5))).collect();
     let ball = build("sphere", &[num("radius", r)], vec![]);
     let shape = build("union", &[num("k", 0.0)], at.iter().map(|c| moved(ball.clone(), *c)).collect());
-    Scene::new("spheres1000", shape, Balls(at, r))
+    Scene::new(if n == 1000 { "spheres1000" } else { "spheres" }, shape, Balls(at, r))
 }
 
 struct Gyroid;

@@ -1,7 +1,10 @@
 //! A picture of rays, traced by Hart's plain loop: one ray at a time, or 32x32 rays in waves.
 
-use sdfrs_core::{Prune, Control, Limits, Program, Rays, Span, Status};
-use sdfrs_trace::{Tracer, trace};
+use sdfrs_core::{Control, Limits, Program, Prune, Status};
+use sdfrs_trace::{
+    Tracer,
+    march::{Ray, Source, trace_source},
+};
 
 use crate::{Scene, fidget_peer::Jit};
 
@@ -45,19 +48,29 @@ impl Line {
     }
 }
 
-/// Rays of a pinhole camera, tile by tile.
+/// The ray of a pinhole camera through a pixel.
+fn ray(side: usize, x: usize, y: usize) -> Line {
+    let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
+    let d = [u - 0.14, v - 0.28, -1.0];
+    let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+    Line { o: [0.6, 1.2, 4.2], d: d.map(|v| v / n) }
+}
+
+/// All rays of a picture, tile by tile.
 pub fn picture(side: usize) -> Vec<Line> {
+    nested(side, [TILE, TILE])
+}
+
+/// The same in tiles of tiles.
+pub fn nested(side: usize, tiles: [usize; 2]) -> Vec<Line> {
+    let [outer, inner] = tiles;
+    let corners = |n: usize, step: usize| {
+        (0..n).step_by(step).flat_map(move |y| (0..n).step_by(step).map(move |x| (x, y)))
+    };
     let mut lines = Vec::with_capacity(side * side);
-    let eye = [0.6f32, 1.2, 4.2];
-    for ty in 0..side / TILE {
-        for tx in 0..side / TILE {
-            for k in 0..TILE * TILE {
-                let (x, y) = (tx * TILE + k % TILE, ty * TILE + k / TILE);
-                let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
-                let d = [u - 0.14, v - 0.28, -1.0];
-                let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-                lines.push(Line { o: eye, d: d.map(|v| v / n) });
-            }
+    for (ox, oy) in corners(side, outer) {
+        for (ix, iy) in corners(outer, inner) {
+            lines.extend(corners(inner, 1).map(|(x, y)| ray(side, ox + ix + x, oy + iy + y)));
         }
     }
     lines
@@ -71,13 +84,7 @@ pub struct Totals {
 }
 
 pub fn scalar(scene: &Scene, lines: &[Line]) -> Totals {
-    let mut sum = Totals { hits: 0, steps: 0 };
-    for line in lines {
-        let end = scene.hand.ray(line);
-        sum.hits += usize::from(end.hit);
-        sum.steps += u64::from(end.steps);
-    }
-    sum
+    scene.hand.rays(lines)
 }
 
 /// Waves of one tile after the other through fidget's JIT.
@@ -117,26 +124,38 @@ pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
     sum
 }
 
-/// The rays as the product takes them.
+/// The rays as the product takes them: a picture, row by row.
 pub struct Batch {
-    origins: Vec<[f32; 3]>,
-    directions: Vec<[f32; 3]>,
+    rays: Vec<Ray<f32>>,
+    width: usize,
+}
+
+impl Source<f32> for Batch {
+    fn count(&self) -> usize {
+        self.rays.len()
+    }
+    fn ray(&self, i: usize) -> Ray<f32> {
+        self.rays[i]
+    }
+    fn width(&self) -> Option<usize> {
+        Some(self.width)
+    }
 }
 
 impl Batch {
-    pub fn new(lines: &[Line]) -> Self {
-        Self { origins: lines.iter().map(|l| l.o).collect(), directions: lines.iter().map(|l| l.d).collect() }
+    pub fn new(lines: &[Line], width: usize) -> Self {
+        let ray = |l: &Line| Ray { origin: l.o, direction: l.d, t_min: 0.0, t_max: T_MAX };
+        Self { rays: lines.iter().map(ray).collect(), width }
     }
 
     pub fn trace(&self, field: &Program<f32>) -> Totals {
-        let rays = Rays {
-            origins: &self.origins,
-            directions: &self.directions,
-            t_min: Span::All(0.0),
-            t_max: Span::All(T_MAX),
-        };
-        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune: Prune::Off };
-        let hits = trace(field, &Tracer::Basic { guards: false }, &rays, &limits, &Control::new()).unwrap();
+        self.pruned(field, Prune::Off)
+    }
+
+    pub fn pruned(&self, field: &Program<f32>, prune: Prune) -> Totals {
+        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune };
+        let hits =
+            trace_source(field, &Tracer::Basic { guards: true }, self, &limits, &Control::new()).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
         Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
     }

@@ -1,158 +1,39 @@
-//! Prints the Markdown table of docs/performance.md: minima of ours over the peers', beside the bars.
-//! An argument names the tables wanted: `eval`, `precision`, `trace`; none means all.
-#![allow(clippy::unwrap_used)]
+//! Prints the Markdown tables of docs/performance.md. Arguments name the tables wanted; none means all
+//! but those that take minutes (`growth`).
 
-use std::hint::black_box;
+#[cfg(target_arch = "x86_64")]
+use sdfrs_benches::tables::limits;
+use sdfrs_benches::tables::{eval, trace};
 
-use sdfrs_benches::{Scene, clock, points, scenes, trace};
-use sdfrs_core::{Program, Scratch};
-
-/// Seconds each rival gets.
-const SECONDS: f64 = 0.4;
+/// A table's name, what prints it, and whether it is printed unasked.
+const TABLES: &[(&str, fn(), bool)] = &[
+    ("eval", eval::eval, true),
+    ("precision", eval::precision, true),
+    ("trace", trace::peers, true),
+    ("pruned", trace::pruned, true),
+    #[cfg(target_arch = "x86_64")]
+    ("packets", trace::packets, true),
+    ("growth", trace::growth, false),
+    ("threads", trace::threads, true),
+    ("parts", trace::parts, true),
+    #[cfg(target_arch = "x86_64")]
+    ("arithmetic", limits::arithmetic, true),
+    #[cfg(target_arch = "x86_64")]
+    ("balls", limits::balls, true),
+];
 
 fn main() {
     sdfrs_core::pool::set_threads(1);
     let wanted: Vec<String> = std::env::args().skip(1).collect();
-    let want = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
+    if let Some(unknown) = wanted.iter().find(|w| TABLES.iter().all(|(name, ..)| name != w)) {
+        let names: Vec<&str> = TABLES.iter().map(|(name, ..)| *name).collect();
+        eprintln!("got {unknown:?}, allowed: {}", names.join(", "));
+        std::process::exit(2);
+    }
     println!("instruction set: {}\n", sdfrs_core::eval::isa().name());
-    if want("eval") {
-        eval();
-    }
-    if want("precision") {
-        precision();
-    }
-    if want("trace") {
-        tracing();
-    }
-}
-
-/// The bars of issue 4: at 1,024 and at 16 points.
-fn bars(name: &str) -> [Option<f64>; 2] {
-    match name {
-        "sphere" => [Some(1.0), None],
-        "csg" => [Some(0.40), Some(0.55)],
-        "spheres1000" => [Some(0.50), Some(0.8)],
-        "gyroid" => [Some(0.08), None],
-        "mandelbulb" => [Some(0.30), None],
-        _ => [Some(1.0), Some(2.2)],
-    }
-}
-
-fn bar(v: Option<f64>, ratio: f64) -> String {
-    v.map_or("".into(), |v| format!("{v:.2}{}", if ratio <= v { "" } else { " (missed)" }))
-}
-
-fn eval() {
-    println!(
-        "| scene | points | ours, ns/point | fidget JIT | scalar loop | ours / JIT | bar | ours / scalar |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    for scene in scenes::all() {
-        let all = points(1024, 1.4);
-        scene.agree([&all[0], &all[1], &all[2]]);
-        for (n, bar_of) in [(1024, 0), (16, 1)] {
-            let [ours, jit, scalar] = against(&scene, n, &all);
-            let (a, b) = (ours / jit, ours / scalar);
-            let bar = bar(bars(scene.name)[bar_of], a);
-            println!(
-                "| {} | {n} | {ours:.2} | {jit:.2} | {scalar:.2} | {a:.2} | {bar} | {b:.3} |",
-                scene.name
-            );
+    for (name, print, unasked) in TABLES {
+        if wanted.iter().any(|w| w == name) || (wanted.is_empty() && *unasked) {
+            print();
         }
     }
-    println!();
-}
-
-/// Nanoseconds a point: ours, JIT, scalar loop.
-fn against(scene: &Scene, n: usize, all: &[Vec<f32>; 3]) -> [f64; 3] {
-    let p = [&all[0][..n], &all[1][..n], &all[2][..n]];
-    let program = Program::<f32>::values(&scene.shape).unwrap();
-    let (mut scratch, mut out, mut out2) = (Scratch::new(), vec![0.0; n], vec![0.0; n]);
-    let mut jit = scene.hand.jit();
-    clock::minima(
-        SECONDS,
-        [
-            &mut || program.evaluate(&mut scratch, black_box(p), black_box(&mut out)),
-            &mut || {
-                black_box(jit.eval(black_box(p), |v| v[0]));
-            },
-            &mut || scene.hand.scalar(black_box(p), black_box(&mut out2)),
-        ],
-    )
-    .map(|s| s * 1e9 / n as f64)
-}
-
-fn precision() {
-    println!("| scene | f32, ns/point | f64 | f64 / f32 | bar | duals (f32) | duals / value | bar |");
-    println!("|---|---|---|---|---|---|---|---|");
-    for scene in scenes::all() {
-        let n = 1024;
-        let p = points(n, 1.4);
-        let q: [Vec<f64>; 3] = std::array::from_fn(|i| p[i].iter().map(|v| f64::from(*v)).collect());
-        let (p, q) = ([&p[0][..], &p[1], &p[2]], [&q[0][..], &q[1], &q[2]]);
-        let (f32s, f64s) =
-            (Program::<f32>::values(&scene.shape).unwrap(), Program::<f64>::values(&scene.shape).unwrap());
-        let (mut single, mut duals, mut double) = (Scratch::new(), Scratch::new(), Scratch::new());
-        let (mut a, mut b) = (vec![0f32; n], vec![0f64; n]);
-        let mut g: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; n]);
-        let [s, d, grad] = clock::minima(
-            SECONDS,
-            [
-                &mut || f32s.evaluate(&mut single, black_box(p), black_box(&mut a)),
-                &mut || f64s.evaluate(&mut double, black_box(q), black_box(&mut b)),
-                &mut || {
-                    let [v, x, y, z] = &mut g;
-                    f32s.gradient(&mut duals, black_box(p), [v, x, y, z]);
-                },
-            ],
-        )
-        .map(|s| s * 1e9 / n as f64);
-        println!(
-            "| {} | {s:.2} | {d:.2} | {:.2} | {} | {grad:.2} | {:.2} | {} |",
-            scene.name,
-            d / s,
-            bar(Some(2.5), d / s),
-            grad / s,
-            bar(Some(4.0), grad / s)
-        );
-    }
-    println!();
-}
-
-fn tracing() {
-    println!(
-        "| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | rays that differ |"
-    );
-    println!("|---|---|---|---|---|---|---|");
-    let lines = trace::picture(512);
-    let batch = trace::Batch::new(&lines);
-    for scene in [scenes::csg(), scenes::spheres(1000)] {
-        let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
-        let mut jit = scene.hand.jit();
-        let (a, b) = (batch.trace(&program), trace::waves(&mut jit, &lines));
-        let differ = a.hits.abs_diff(b.hits);
-        assert!(differ * 1000 <= lines.len(), "{a:?} {b:?}");
-        let [ours, jit, scalar] = clock::minima(
-            1.0,
-            [
-                &mut || {
-                    black_box(batch.trace(&program));
-                },
-                &mut || {
-                    black_box(trace::waves(&mut jit, &lines));
-                },
-                &mut || {
-                    black_box(trace::scalar(&scene, &lines));
-                },
-            ],
-        )
-        .map(|s| s * 1e3);
-        println!(
-            "| {} | {ours:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | {differ} |",
-            scene.name,
-            ours / jit,
-            scalar / ours
-        );
-    }
-    println!();
 }

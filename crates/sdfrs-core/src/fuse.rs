@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// How far ahead an instruction of the same kind is looked for: each one found keeps a slot longer alive.
-const WINDOW: usize = 16;
+const WINDOW: usize = 24;
 /// Most instructions that follow each other for their kind.
 const RUN: usize = 32;
 
@@ -134,10 +134,6 @@ impl View<'_> {
                 let consts = [Some(n.k), Some(node.k)];
                 Found { consts, ..Found::new(Op::MulAddC, [n.a[0]], [a]) }
             }),
-            Op::Min => self.own_of(Op::Min, a).map(|n| match self.own_of(Op::Min, n.a[0]) {
-                Some(m) => Found::new(Op::Min4, [m.a[0], m.a[1], n.a[1], b], [a, n.a[0]]),
-                None => Found::new(Op::Min3, [n.a[0], n.a[1], b], [a]),
-            }),
             Op::Max => self.own_of(Op::Neg, b).map(|n| Found::new(Op::Cut, [a, n.a[0]], [b])),
             _ => None,
         }
@@ -157,36 +153,74 @@ impl View<'_> {
     }
 }
 
-/// Puts nodes of one kind next to each other where their operands allow: they share a jump.
+/// Puts nodes of one kind next to each other where their operands allow, and chains of joins behind
+/// what they join: each of them costs one jump.
 pub fn arrange(graph: &Graph, order: &[u32]) -> Vec<u32> {
-    let mut done = vec![false; graph.nodes.len()];
-    let mut out = Vec::with_capacity(order.len());
-    let index = |id: u32| (id - INPUTS) as usize;
-    for (head, &first) in order.iter().enumerate() {
-        if done[index(first)] {
-            continue;
-        }
-        done[index(first)] = true;
-        out.push(first);
-        let op = graph.nodes[index(first)].op;
-        let (mut others, mut run) = (0, 1);
-        for &id in &order[head + 1..] {
-            if others == WINDOW || run == RUN {
-                break;
-            }
-            if done[index(id)] {
-                continue;
-            }
-            let node = &graph.nodes[index(id)];
-            let ready = || node.a[..op.arity()].iter().all(|a| *a < INPUTS || done[index(*a)]);
-            if node.op == op && ready() {
-                done[index(id)] = true;
-                out.push(id);
-                run += 1;
-            } else {
-                others += 1;
-            }
+    let mut plan =
+        Plan { graph, order, done: vec![false; graph.nodes.len()], out: Vec::with_capacity(order.len()) };
+    let mut head = 0;
+    while head < order.len() {
+        let first = plan.ahead(head).find(|id| !plan.node(*id).op.joins() && plan.ready(*id));
+        match first {
+            _ if plan.is_done(order[head]) => head += 1,
+            Some(first) => plan.run(head, first),
+            None => plan.chain(head),
         }
     }
-    out
+    plan.out
+}
+
+struct Plan<'a> {
+    graph: &'a Graph,
+    order: &'a [u32],
+    done: Vec<bool>,
+    out: Vec<u32>,
+}
+
+impl Plan<'_> {
+    fn node(&self, id: u32) -> &Node {
+        &self.graph.nodes[(id - INPUTS) as usize]
+    }
+    fn is_done(&self, id: u32) -> bool {
+        id < INPUTS || self.done[(id - INPUTS) as usize]
+    }
+    fn ready(&self, id: u32) -> bool {
+        let node = self.node(id);
+        node.a[..node.op.arity()].iter().all(|a| self.is_done(*a))
+    }
+    fn emit(&mut self, id: u32) {
+        self.done[(id - INPUTS) as usize] = true;
+        self.out.push(id);
+    }
+    /// The next nodes that are still to be placed.
+    fn ahead(&self, head: usize) -> impl Iterator<Item = u32> {
+        let end = self.order.len().min(head + 4 * WINDOW);
+        self.order[head..end].iter().copied().filter(|id| !self.is_done(*id)).take(WINDOW)
+    }
+
+    /// `first` and what follows of its kind.
+    fn run(&mut self, head: usize, first: u32) {
+        let op = self.node(first).op;
+        self.emit(first);
+        for _ in 1..RUN {
+            let next = self.ahead(head).find(|id| self.node(*id).op == op && self.ready(*id));
+            let Some(next) = next else { break };
+            self.emit(next);
+        }
+    }
+
+    /// The join at `head`, and each that takes the value before it.
+    fn chain(&mut self, head: usize) {
+        let mut last = self.order[head];
+        self.emit(last);
+        for _ in 1..RUN {
+            let next = self.ahead(head).find(|id| {
+                let node = self.node(*id);
+                node.op.joins() && node.a[0] == last && self.ready(*id)
+            });
+            let Some(next) = next else { break };
+            self.emit(next);
+            last = next;
+        }
+    }
 }

@@ -50,7 +50,7 @@ pub trait Memory<R>: Copy {
 /// Nothing, but LLVM cannot know: it would turn a loop over packs into gathers across packs, 20 times slower.
 #[inline(always)]
 #[allow(unsafe_code)]
-fn opaque() {
+pub(crate) fn opaque() {
     // SAFETY: no instruction at all.
     unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
 }
@@ -80,7 +80,8 @@ impl<R> Memory<R> for *const *mut R {
 #[repr(C)]
 pub struct Ins {
     pub op: Op,
-    /// How many instructions of this op follow from here on, this one included; never past the end.
+    /// How many instructions go together from here on, this one included; never past the end. They have
+    /// one op, or each joins another operand to the result of the one before ([`Op::joins`]).
     pub run: u16,
     pub d: u32,
     pub a: [u32; 4],
@@ -285,8 +286,6 @@ ops! {
         MulMulSub "mul_mul_sub" (a, b, c, d) [] => a * b - c * d;
         MulAddC "mul_add_const" (a) [m, c] => a * m + c;
         Mul3 "mul3" (a, b, c) [] => a * b * c;
-        Min3 "min3" (a, b, c) [] => a.min(b).min(c);
-        Min4 "min4" (a, b, c, d) [] => a.min(b).min(c).min(d);
         Cut "cut" (a, b) [] => a.max(-b);
     }
     // Ops over a table of constants of any length, or over a grid.
@@ -296,5 +295,65 @@ ops! {
         Texture "texture" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Raw);
         TextureSafe "texture_safe" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Safe);
         TextureSafeNegated "texture_safe_negated" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::SafeNegated);
+    }
+}
+
+impl Op {
+    /// What no scene names: the tape makes these of others.
+    pub const FUSED: &'static [Op] =
+        &[Op::MulAdd, Op::MulSub, Op::SubMul, Op::MulMulAdd, Op::MulMulSub, Op::MulAddC, Op::Mul3, Op::Cut];
+
+    /// Whether the op joins its second operand to the first: such instructions form chains.
+    pub const fn joins(self) -> bool {
+        matches!(self, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::Cut)
+    }
+}
+
+/// A chain of joins: only the last one's value is stored, the others live in registers.
+///
+/// The ops are told apart by comparisons, not by a jump through a table: those are guessed better. Packs
+/// go by twos, written out, because an array of them would live in memory.
+///
+/// # Safety
+/// As for the functions of [`arm`]; all ops must join.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub unsafe fn chain<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+    let mut g = 0;
+    // SAFETY: passed on; `g` and `g + 1` are below `width`.
+    unsafe {
+        let (from, to) =
+            (slots.find(run.get_unchecked(0).a[0]), slots.find(run.get_unchecked(run.len() - 1).d));
+        while g < width {
+            let two = g + 1 < width;
+            let next = if two { g + 1 } else { g };
+            let (mut d, mut e) = (from.add(g).read_unaligned(), from.add(next).read_unaligned());
+            for ins in run {
+                let b = slots.find(ins.a[1]);
+                let (a, b) = (b.add(g).read_unaligned(), b.add(next).read_unaligned());
+                if ins.op == Op::Min {
+                    (d, e) = (d.min(a), e.min(b));
+                    opaque();
+                } else if ins.op == Op::Cut {
+                    (d, e) = (d.max(-a), e.max(-b));
+                    opaque();
+                } else if ins.op == Op::Max {
+                    (d, e) = (d.max(a), e.max(b));
+                    opaque();
+                } else {
+                    let k = R::splat(*t.consts.get_unchecked(ins.k as usize));
+                    if ins.op == Op::Smin {
+                        (d, e) = (kernel::smin(d, a, k), kernel::smin(e, b, k));
+                        opaque();
+                    } else {
+                        (d, e) = (-kernel::smin(-d, -a, k), -kernel::smin(-e, -b, k));
+                        opaque();
+                    }
+                }
+            }
+            to.add(next).write_unaligned(e);
+            to.add(g).write_unaligned(d);
+            g = next + 1;
+        }
     }
 }

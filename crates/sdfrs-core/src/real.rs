@@ -13,7 +13,13 @@ use crate::{
 
 /// A number an op kernel can work on.
 pub trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
     type S: Scalar;
     fn splat(s: Self::S) -> Self;
@@ -76,6 +82,31 @@ pub trait Real:
             }
         }
         (a, b)
+    }
+    /// `self * s`.
+    #[inline(always)]
+    fn by(self, s: f64) -> Self {
+        self * Self::c(s)
+    }
+    /// Where a point goes when its distance, its polar angle (from z) and its azimuth are raised to the
+    /// power of, or multiplied by, `n`: the Mandelbulb's power.
+    ///
+    /// Angles are multiplied by complex powers: (z + i rho)^n carries r^n and n times the polar angle;
+    /// the azimuth is kept of unit length.
+    #[inline(always)]
+    fn triplex_power(x: Self, y: Self, z: Self, n: u32) -> [Self; 3] {
+        let rho = Self::len2(x, y);
+        let (ca, sa, _) = Self::azimuth(x, y, rho);
+        let (pz, prho) = Self::complex_power(z, rho, n);
+        let (pc, ps) = Self::complex_power(ca, sa, n);
+        [prho * pc, prho * ps, pz]
+    }
+    /// Cosine and sine of the azimuth, and `rho` or 1 where it is 0.
+    #[inline(always)]
+    fn azimuth(x: Self, y: Self, rho: Self) -> (Self, Self, Self) {
+        let (zero, one) = (Self::c(0.0), Self::c(1.0));
+        let safe = Self::select_lt(zero, rho, rho, one);
+        (Self::select_lt(zero, rho, x / safe, one), y / safe, safe)
     }
     /// Whether `x^2 + y^2 + z^2 < r^2 * slack + tiny` may hold anywhere.
     #[inline(always)]

@@ -56,7 +56,8 @@ impl<T: Scalar> Tape<T> {
             for (slot, &operand) in a.iter_mut().zip(operands(graph, id)) {
                 *slot = slot_of[operand as usize];
             }
-            for &operand in operands(graph, id) {
+            // The first operand's slot last: it is the next one taken, so that chains of joins stay in one slot.
+            for &operand in operands(graph, id).iter().rev() {
                 uses[operand as usize] -= 1;
                 // The coordinates' slots are never given away: every chunk fills them afresh.
                 if uses[operand as usize] == 0 && operand >= INPUTS {
@@ -85,7 +86,7 @@ impl<T: Scalar> Tape<T> {
     /// Counts the runs of one op, and checks.
     fn finish(&mut self) {
         for i in (0..self.ins.len()).rev() {
-            let same = self.ins.get(i + 1).filter(|next| next.op == self.ins[i].op).map_or(0, |next| next.run);
+            let same = self.ins.get(i + 1).filter(|next| together(&self.ins[i], next)).map_or(0, |next| next.run);
             self.ins[i].run = same.checked_add(1).unwrap_or(1);
         }
         self.check();
@@ -129,7 +130,7 @@ impl<T: Scalar> Tape<T> {
             let run = match i.run {
                 0 => false,
                 1 => true,
-                n => self.ins.get(at + 1).is_some_and(|next| next.op == i.op && next.run == n - 1),
+                n => self.ins.get(at + 1).is_some_and(|next| next.run == n - 1 && together(i, next)),
             };
             assert!(slots && consts && run && i.d >= INPUTS, "{i:?} leaves the program's memory");
         }
@@ -147,6 +148,17 @@ impl<T: Scalar> Tape<T> {
     }
     pub fn tables(&self) -> Tables<'_, T> {
         Tables { consts: &self.consts, grids: &self.grids }
+    }
+}
+
+/// Whether an instruction can share the jump of the one before: both have one op, or both join, the second
+/// to the first's result and in its place, so that nobody else can ask for that.
+fn together(before: &Ins, ins: &Ins) -> bool {
+    if before.op.joins() || ins.op.joins() {
+        let follows = ins.a[0] == before.d && ins.d == before.d && ins.a[1] != before.d;
+        before.op.joins() && ins.op.joins() && follows
+    } else {
+        before.op == ins.op
     }
 }
 

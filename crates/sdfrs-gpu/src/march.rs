@@ -20,7 +20,7 @@ use crate::{
     dispatch::{Course, Dispatcher, Ready, tell},
     emit::{self, Emitted},
     error::GpuError,
-    pipelines::{self, Binding, SCENE},
+    pipelines::{self, Binding},
     scene::Scene,
     share::Shares,
     tracer::{self, Parts},
@@ -97,7 +97,7 @@ impl Compiled {
         buffers: &[&wgpu::Buffer],
     ) -> Result<Ready, GpuError> {
         let text = self.emitted.link(&texts(modules), entry)?;
-        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &SCENE])?;
+        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &self.emitted.bindings()])?;
         let own = pipelines::bind(device, &pipeline, 0, buffers)?;
         let groups = vec![own, self.scene.bind(device, &pipeline)?];
         Ok(Ready { pipeline, groups })

@@ -6,7 +6,7 @@ use super::Lanes;
 use crate::{
     graph::INPUTS,
     lane::Dual,
-    op::{Ins, Op, Tables},
+    op::{Ins, Op, Tables, opaque},
     real::Real,
     tape::Tape,
 };
@@ -15,6 +15,9 @@ use crate::{
 const CHUNK: usize = 16;
 /// Bytes that all slots together should stay below: what the fastest cache holds beside points and constants.
 const CACHE: usize = 24 << 10;
+
+/// Packs of a dual: the value and three derivatives.
+const DUAL: usize = 4;
 
 /// Instruction sets with a loop of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -219,7 +222,44 @@ unsafe fn values<L: Lanes>(
     }
 }
 
-/// Values and gradients of a batch.
+/// Whether an instruction is a sphere about a fixed centre of the bare point: its gradient is the unit
+/// vector from there, and nothing has to be multiplied by the coordinates' own gradients, 0 and 1.
+#[inline(always)]
+fn is_ball(ins: &Ins) -> bool {
+    ins.op == Op::Sphere && ins.a[..3] == [0, 1, 2]
+}
+
+/// Such a sphere over points that lie `stride` packs apart.
+///
+/// # Safety
+/// `p` must lead to `packs` packs of points each, `to` to as many duals; constants as for `step`.
+#[inline(always)]
+#[allow(unsafe_code)]
+unsafe fn ball<L: Lanes>(
+    ins: &Ins,
+    (p, stride): ([*const L; 3], usize),
+    to: *mut Dual<L>,
+    packs: usize,
+    t: &Tables<L::S>,
+) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let constant = |i: usize| L::splat(*t.consts.get_unchecked(ins.k as usize + i));
+        let (cx, cy, cz, r) = (constant(0), constant(1), constant(2), constant(3));
+        for g in 0..packs {
+            let dx = p[0].add(g * stride).read_unaligned() - cx;
+            let dy = p[1].add(g * stride).read_unaligned() - cy;
+            let dz = p[2].add(g * stride).read_unaligned() - cz;
+            let len = L::len3(dx, dy, dz);
+            let inv = L::select_lt(L::c(0.0), len, L::c(1.0) / len, L::c(0.0));
+            to.add(g).write(Dual(len - r, [dx * inv, dy * inv, dz * inv]));
+            opaque();
+        }
+    }
+}
+
+/// Values and gradients of a batch. Duals start as the points with gradients of 0 and 1, unless spheres
+/// are all that reads them.
 #[inline(always)]
 #[allow(unsafe_code)]
 unsafe fn gradients<L: Lanes>(
@@ -230,28 +270,53 @@ unsafe fn gradients<L: Lanes>(
     out: &mut [&mut [L::S]; 4],
 ) {
     let t: Tables<L::S> = tape.tables();
-    let n = out[0].len();
+    let (n, ins) = (out[0].len(), tape.instructions());
     let most = chunk::<Dual<L>>(tape.slots(), n.div_ceil(L::WIDTH));
     memory.reserve(tape.slots(), most);
     let place = memory.at.as_mut_ptr();
+    let reads_points = |i: &Ins| i.a[..i.op.arity()].iter().any(|a| *a < INPUTS);
+    let all_balls = tape.root() >= INPUTS as usize && ins.iter().all(|i| is_ball(i) || !reads_points(i));
+    let mut fresh = true;
     let mut at = 0;
     while at < n {
         let packs = (n - at).div_ceil(L::WIDTH).min(most);
         let end = n.min(at + packs * L::WIDTH);
-        // SAFETY: each slot has `most` values.
+        let whole = end == at + packs * L::WIDTH;
+        // SAFETY: each slot has `most` values; the slices hold `packs` packs from `at` on where the chunk is
+        // `whole`.
         unsafe {
-            for axis in 0..INPUTS as usize {
-                for g in 0..packs {
-                    let v = L::load(&batch[axis][at + g * L::WIDTH..end]);
-                    // No instruction writes an input's slot: the derivatives stay from chunk to chunk.
-                    if at == 0 {
-                        (*place.add(axis)).add(g).write(Dual::variable(v, axis));
-                    } else {
-                        (*(*place.add(axis)).add(g)).0 = v;
+            if !(whole && all_balls) {
+                for axis in 0..INPUTS as usize {
+                    for g in 0..packs {
+                        let v = L::load(&batch[axis][at + g * L::WIDTH..end]);
+                        // No instruction writes an input's slot: the derivatives stay from chunk to chunk.
+                        if fresh {
+                            (*place.add(axis)).add(g).write(Dual::variable(v, axis));
+                        } else {
+                            (*(*place.add(axis)).add(g)).0 = v;
+                        }
                     }
                 }
+                fresh = false;
             }
-            run(step, tape.instructions(), place.cast_const(), packs, &t);
+            // A dual begins with its value.
+            let points: ([*const L; 3], usize) = if whole {
+                (std::array::from_fn(|axis| batch[axis].as_ptr().wrapping_add(at).cast()), 1)
+            } else {
+                (std::array::from_fn(|axis| (*place.add(axis)).cast_const().cast()), DUAL)
+            };
+            let mut next = 0;
+            while next < ins.len() {
+                let first = ins.get_unchecked(next);
+                if is_ball(first) {
+                    ball(first, points, *place.add(first.d as usize), packs, &t);
+                    next += 1;
+                } else {
+                    let count = if first.op == Op::Sphere { 1 } else { usize::from(first.run) };
+                    step(ins.get_unchecked(next..next + count), place.cast_const(), packs, &t);
+                    next += count;
+                }
+            }
             for g in 0..packs {
                 let root = (*place.add(tape.root())).add(g);
                 let to = at + g * L::WIDTH..end;
@@ -283,15 +348,26 @@ macro_rules! steps {
             )*
         }
 
+        #[inline(never)]
+        #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+        #[allow(unsafe_code)]
+        unsafe fn chain<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe { crate::op::chain::<R>(run, slots, width, t) }
+        }
+
+        struct Table<R>(std::marker::PhantomData<R>);
+        impl<R: Real> Table<R> {
+            /// A function for each op; those that join share one.
+            const STEPS: &'static [super::Step<R>] =
+                &[$(if Op::$op.joins() { chain::<R> } else { arm::$op::<R> }),*];
+        }
+
         #[inline(always)]
         #[allow(unsafe_code)]
         pub unsafe fn step<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
-            // SAFETY: passed on.
-            unsafe {
-                match run.get_unchecked(0).op {
-                    $(Op::$op => arm::$op::<R>(run, slots, width, t),)*
-                }
-            }
+            // SAFETY: passed on; the table has a row for every op, in their order.
+            unsafe { Table::<R>::STEPS.get_unchecked(run.get_unchecked(0).op as usize)(run, slots, width, t) }
         }
     };
 }

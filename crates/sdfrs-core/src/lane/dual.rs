@@ -10,6 +10,7 @@ use crate::{
 };
 
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub struct Dual<R>(pub R, pub [R; 3]);
 
 impl<R: Real> Dual<R> {
@@ -55,6 +56,31 @@ macro_rules! each {
 fn inverse<R: Real>(len: R) -> R {
     let zero = R::c(0.0);
     R::select_lt(zero, len, R::c(1.0) / len, zero)
+}
+
+/// `w^n` with the bits of `complex_power`, and `n w^(n-1)` from the same squares, for w = x + i y.
+#[inline(always)]
+fn power_and_slope<R: Real>(mut x: R, mut y: R, n: u32) -> ((R, R), (R, R)) {
+    let (one, zero) = (R::c(1.0), R::c(0.0));
+    let (mut power, mut slope) = ((one, zero), (one, zero));
+    let (mut bits, mut below) = (n, n.saturating_sub(1));
+    let (mut first, mut first_below) = (true, true);
+    loop {
+        let times = |(a, b): (R, R)| (a * x - b * y, a * y + b * x);
+        if bits & 1 == 1 {
+            power = if first { (x, y) } else { times(power) };
+            first = false;
+        }
+        if below & 1 == 1 {
+            slope = if first_below { (x, y) } else { times(slope) };
+            first_below = false;
+        }
+        (bits, below) = (bits >> 1, below >> 1);
+        if bits == 0 {
+            return (power, (slope.0.by(f64::from(n)), slope.1.by(f64::from(n))));
+        }
+        (x, y) = (x * x - y * y, (x + x) * y);
+    }
 }
 
 impl<R: Real> Add for Dual<R> {
@@ -182,16 +208,26 @@ impl<R: Real> Real for Dual<R> {
         self.chain(before * self.0, before * R::c(f64::from(n)))
     }
     #[inline(always)]
-    fn complex_power(x: Self, y: Self, n: u32) -> (Self, Self) {
-        if n < 2 {
-            return (x, y);
-        }
-        // d(w^n) = n w^(n-1) dw; w^n itself by the plain route, for its bits.
-        let (a, b) = R::complex_power(x.0, y.0, n);
-        let (u, v) = R::complex_power(x.0, y.0, n - 1);
-        let n = R::c(f64::from(n));
-        let (u, v) = (u * n, v * n);
-        (Dual(a, each!(I => u * x.1[I] - v * y.1[I])), Dual(b, each!(I => u * y.1[I] + v * x.1[I])))
+    fn by(self, s: f64) -> Self {
+        let s = R::c(s);
+        self.chain(self.0 * s, s)
+    }
+    /// By the angles' own derivatives: a third less to do than by those of every intermediate value.
+    #[inline(always)]
+    fn triplex_power(x: Self, y: Self, z: Self, n: u32) -> [Self; 3] {
+        let rho = R::len2(x.0, y.0);
+        let (ca, sa, safe) = R::azimuth(x.0, y.0, rho);
+        let ((pz, prho), (u, v)) = power_and_slope(z.0, rho, n);
+        let (pc, ps) = R::complex_power(ca, sa, n);
+        let turning = (prho / safe).by(f64::from(n));
+        let slopes = each!(I => {
+            let along = ca * x.1[I] + sa * y.1[I];
+            let turn = (ca * y.1[I] - sa * x.1[I]) * turning;
+            let out = u * along + v * z.1[I];
+            [pc * out - ps * turn, ps * out + pc * turn, u * z.1[I] - v * along]
+        });
+        let value = [prho * pc, prho * ps, pz];
+        each!(A => Dual(value[A], each!(I => slopes[I][A])))
     }
     #[inline(always)]
     fn reaches(x: Self, y: Self, z: Self, r: Self, slack: Self, tiny: Self) -> bool {

@@ -106,13 +106,13 @@ pub fn sphere_union<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
 /// Distance estimate of the Mandelbulb, `log(r) r / (2 |dr|)`; table: power, iterations, start of the
 /// outer field. Beyond radius 2 the estimate outgrows the distance, so `|p| - start` takes over.
 ///
-/// Angles are multiplied by complex powers instead of arc functions, so any whole power needs only
-/// the four operations and sqrt. The pole is z here; the op table passes y, as iq does. Lanes that
+/// Angles are multiplied by complex powers instead of arc functions ([`Real::triplex_power`]), so any
+/// whole power needs only the four operations and sqrt. The pole is z here; the op table passes y, as iq does. Lanes that
 /// have escaped keep their state.
 #[inline(always)]
 pub fn mandelbulb<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
     let (n, iterations) = (table[0].f64() as u32, table[1].f64() as u32);
-    let (one, zero, bail) = (R::c(1.0), R::c(0.0), R::c(2.0));
+    let (one, bail) = (R::c(1.0), R::c(2.0));
     let (cx, cy, cz) = (x, y, z);
     let (mut x, mut y, mut z, mut dr) = (x, y, z, one);
     let first = R::len3(x, y, z);
@@ -121,14 +121,9 @@ pub fn mandelbulb<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
         if !R::any_lt(r, bail) {
             break;
         }
-        let rho = R::len2(x, y);
-        let safe = R::select_lt(zero, rho, rho, one);
-        let (ca, sa) = (R::select_lt(zero, rho, x / safe, one), y / safe);
-        // (z + i rho)^n carries r^n and n times the polar angle; the azimuth is kept of unit length.
-        let (pz, prho) = R::complex_power(z, rho, n);
-        let (pc, ps) = R::complex_power(ca, sa, n);
-        let grown = r.power(n - 1) * R::c(f64::from(n)) * dr + one;
-        let (nx, ny, nz) = (prho * pc + cx, prho * ps + cy, pz + cz);
+        let [px, py, pz] = R::triplex_power(x, y, z, n);
+        let grown = r.power(n - 1).by(f64::from(n)) * dr + one;
+        let (nx, ny, nz) = (px + cx, py + cy, pz + cz);
         x = R::select_lt(r, bail, nx, x);
         y = R::select_lt(r, bail, ny, y);
         z = R::select_lt(r, bail, nz, z);
@@ -136,7 +131,7 @@ pub fn mandelbulb<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
         r = R::len3(x, y, z);
     }
     let inside = R::select_lt(r, R::c(1e-30), R::c(1e-30), r);
-    R::select_lt(first, bail, R::c(0.5) * inside.ln() * r / dr, first - R::splat(table[2]))
+    R::select_lt(first, bail, inside.ln().by(0.5) * r / dr, first - R::splat(table[2]))
 }
 
 #[inline(always)]
