@@ -54,6 +54,8 @@ def environment() -> dict[str, str]:
     # pip repeats every satisfied requirement and every extra that it ignores.
     env["PIP_QUIET"] = "1"
     env["PIP_DISABLE_PIP_VERSION_CHECK"] = "1"
+    # Mesa complains on stderr without one.
+    env.setdefault("XDG_RUNTIME_DIR", str(VENV))
     env.pop("PYTHONHOME", None)
     env.pop("CONDA_PREFIX", None)
     return env
@@ -169,6 +171,21 @@ def ensure_built() -> None:
     print(f"built in {time.monotonic() - start:.0f} s", file=sys.stderr)
 
 
+def ensure_vulkan() -> None:
+    """A GPU driver for the tests that dispatch: Mesa's in software where Debian and root allow it, else a word."""
+    folders = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d"]
+    named = "VK_DRIVER_FILES" in os.environ or "VK_ICD_FILENAMES" in os.environ
+    if not sys.platform.startswith("linux") or named or any(any(Path(folder).glob("*.json")) for folder in folders):
+        return
+    packages = ("mesa-vulkan-drivers", "libvulkan1")
+    if os.geteuid() == 0 and shutil.which("apt-get"):
+        print("installing a Vulkan driver in software for the GPU tests", file=sys.stderr)
+        for options in (("-q", "update"), ("-qy", "install", "--no-install-recommends", *packages)):
+            run("apt-get", *options, check=False)
+    if not any(any(Path(folder).glob("*.json")) for folder in folders):
+        print(f"left out: tests that need a GPU driver (Debian: apt install {' '.join(packages)})", file=sys.stderr)
+
+
 def demo(options: argparse.Namespace, rest: list[str]) -> None:
     """build if needed, render two scenes by every tracer into out/demo, print one table"""
     ensure_built()
@@ -180,6 +197,7 @@ def test(_: argparse.Namespace, rest: list[str]) -> None:
     ensure_built()
     ensure_tools("test")
     need_cargo()
+    ensure_vulkan()
     # The bindings have no Rust tests: linking them outside Python is trouble for nothing.
     rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", check=False)
     python = run(PYTHON, "-m", "pytest", *(rest or ["tests/python"]), check=False)
@@ -235,10 +253,12 @@ def gallery(_: argparse.Namespace, rest: list[str]) -> None:
 
 
 def bench(options: argparse.Namespace, rest: list[str]) -> None:
-    """speed against fidget and scalar loops as the table of docs/performance.md; --criterion times at length"""
+    """speed against peers as the table of docs/performance.md; --criterion times at length; --gpu for docs/gpu.md's"""
     need_cargo()
     peers = ("--manifest-path", "benches/Cargo.toml")
-    if options.criterion:
+    if options.gpu:
+        run("cargo", "run", "-q", *peers, "--bin", "gpu", "--", *rest)
+    elif options.criterion:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:
         run("cargo", "run", "-q", *peers, "--bin", "ratios", "--", *rest)
@@ -281,6 +301,7 @@ def main() -> None:
         if name == "demo":
             sub.add_argument("--quick", action="store_true", help="320x180 instead of 1280x720")
         if name == "bench":
+            sub.add_argument("--gpu", action="store_true", help="tracers on the GPU, relative to enhanced")
             sub.add_argument("--criterion", action="store_true", help="the criterion groups instead of the table")
     options, rest = parser.parse_known_args()
     if options.command is None:

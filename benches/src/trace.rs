@@ -1,7 +1,10 @@
 //! A picture of rays, traced by Hart's plain loop: one ray at a time, or 32x32 rays in waves.
 
-use sdfrs_core::{Control, Limits, Program, Rays, Span, Status};
-use sdfrs_trace::{Tracer, trace};
+use sdfrs_core::{Control, Limits, Program, Prune, Status};
+use sdfrs_trace::{
+    Tracer,
+    march::{Ray, Source, trace_source},
+};
 
 use crate::{Scene, fidget_peer::Jit};
 
@@ -121,30 +124,43 @@ pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
     sum
 }
 
-/// The rays as the product takes them.
+/// The rays as the product takes them: row by row, so that it may cut the picture into tiles of its own.
 pub struct Batch {
-    origins: Vec<[f32; 3]>,
-    directions: Vec<[f32; 3]>,
+    lines: Vec<Line>,
+    side: usize,
+}
+
+impl Source<f32> for Batch {
+    fn count(&self) -> usize {
+        self.lines.len()
+    }
+    fn ray(&self, i: usize) -> Ray<f32> {
+        let Line { o, d } = self.lines[i];
+        Ray { origin: o, direction: d, t_min: 0.0, t_max: T_MAX }
+    }
+    fn width(&self) -> Option<usize> {
+        Some(self.side)
+    }
 }
 
 impl Batch {
-    pub fn new(lines: &[Line]) -> Self {
-        Self { origins: lines.iter().map(|l| l.o).collect(), directions: lines.iter().map(|l| l.d).collect() }
+    /// The rays of [`picture`].
+    pub fn new(side: usize) -> Self {
+        Self { lines: nested(side, [side, 1]), side }
+    }
+    pub fn of_lines(lines: Vec<Line>, width: usize) -> Self {
+        Self { lines, side: width }
     }
 
+    /// Everything evaluated, nothing stepped over.
     pub fn trace(&self, field: &Program<f32>) -> Totals {
-        self.walk(field, &Tracer::Basic { guards: true })
+        self.pruned(field, Prune::Off)
     }
 
-    pub fn walk(&self, field: &Program<f32>, tracer: &Tracer) -> Totals {
-        let rays = Rays {
-            origins: &self.origins,
-            directions: &self.directions,
-            t_min: Span::All(0.0),
-            t_max: Span::All(T_MAX),
-        };
-        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0 };
-        let hits = trace(field, tracer, &rays, &limits, &Control::new()).unwrap();
+    pub fn pruned(&self, field: &Program<f32>, prune: Prune) -> Totals {
+        let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune };
+        let hits =
+            trace_source(field, &Tracer::Basic { guards: true }, self, &limits, &Control::new()).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
         Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
     }

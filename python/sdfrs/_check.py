@@ -149,12 +149,15 @@ def points(where: str, value: object, precision: str) -> npt.NDArray[Any]:
     return result
 
 
-def device(value: object) -> str:
-    """'cpu' for what this build can do; DeviceError for what it cannot."""
-    from ._errors import DeviceError
+def boolean(where: str, value: object) -> bool:
+    """True or False, nothing that merely counts as such."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{where} must be True or False, got {show(value)}")
+    return bool(value)
 
+
+def device(value: object) -> str:
+    """A device's name; whether it exists is found out where it is used."""
     if not isinstance(value, str):
-        raise TypeError(f"device must be 'cpu' or 'auto', got {show(value)}")
-    if value not in ("cpu", "auto"):
-        raise DeviceError(f"device: asked for {value!r}, but this build has only 'cpu' (allowed: 'cpu', 'auto')")
-    return "cpu"
+        raise TypeError(f"device must be 'auto', 'cpu', 'gpu' or 'gpu:N', got {show(value)}")
+    return value

@@ -39,14 +39,15 @@ class FormatError(Error, ValueError):
 
 
 class DeviceError(Error, RuntimeError):
-    """A device that this build or this machine does not have.
+    """A device that this machine does not have, or that failed: what was asked, found, and how to get it.
 
     Examples:
         >>> import sdfrs
-        >>> sdfrs.render(sdfrs.sphere(), device="gpu")
-        Traceback (most recent call last):
-        ...
-        sdfrs.DeviceError: device: asked for 'gpu', but this build has only 'cpu' (allowed: 'cpu', 'auto')
+        >>> try:
+        ...     sdfrs.render(sdfrs.sphere(), sdfrs.Camera.look_at(width=8, height=8), device="cuda")
+        ... except sdfrs.DeviceError as error:
+        ...     print(str(error)[:54])
+        device: asked for "cuda", allowed: "auto", "cpu", "gpu
     """
 
 

@@ -81,7 +81,8 @@ def _parser() -> argparse.ArgumentParser:
     common.add_argument("--max-steps", type=int, default=1000, help="evaluations per ray (default 1000)")
     common.add_argument("--t-max", type=float, default=100.0, help="end of the rays, world units (default 100)")
     common.add_argument("--precision", choices=("f32", "f64"), default="f32")
-    common.add_argument("--device", default="auto", help="cpu or auto (default auto)")
+    common.add_argument("--device", default="auto", help="auto (a real GPU, else the CPU), cpu, gpu or gpu:N")
+    common.add_argument("--strict", action="store_true", help="on a GPU: keep every rounding, for the CPU's bits")
     common.add_argument("--size", type=_size, metavar="WxH", help="pixels (default: the scene's camera)")
     common.add_argument("--threads", type=int, help="0: SDFRS_THREADS, else all cores (default)")
     common.add_argument("--json", action="store_true", help="print the numbers as JSON")
@@ -105,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _settings(args: argparse.Namespace) -> dict[str, Any]:
-    names = ("eps", "cone", "max_steps", "t_max", "precision", "device")
+    names = ("eps", "cone", "max_steps", "t_max", "precision", "device", "strict")
     # tqdm and the plain line both hide from files and pipes that only want the result.
     show = not args.quiet and sys.stderr.isatty()
     return {**{name: getattr(args, name) for name in names}, "progress": True if show else None}
@@ -199,8 +200,10 @@ def _doctor(args: argparse.Namespace) -> None:
         _print_json(report)
         return
     for key, value in report.items():
-        if key != "missing":
+        if key not in ("missing", "devices"):
             print(f"{key:<16} {value}")
+    for line in report["devices"]:
+        print(f"{'device':<16} {line}")
     for line in report["missing"] or ["nothing"]:
         print(f"{'missing':<16} {line}")
 

@@ -76,14 +76,16 @@ def trace(
     max_steps: int = 1000,
     precision: Precision = "f32",
     device: str = "auto",
+    strict: bool = False,
     progress: Progress = None,
 ) -> Hits:
     """Traces rays: `origins` and unit `directions`, (N, 3) each; returns `Hits` of (N,) arrays.
 
     Args: a sample at t is a hit when its value is at most max(eps, cone*t), world units; rays run from
-    `t_min` to `t_max` (numbers or (N,)); `max_steps` counts evaluations of the field; `precision` "f32" or "f64".
+    `t_min` to `t_max` (numbers or (N,)); `max_steps` counts evaluations of the field; `precision` "f32" or "f64";
+    `device` and `strict` as for `render`.
     Raises: SceneError for NaN, inf, directions off unit length by more than 1e-3, settings out of range;
-    DeviceError for a device this build lacks.
+    DeviceError for a device that this machine lacks.
 
     Examples:
         >>> import sdfrs
@@ -96,13 +98,16 @@ def trace(
     node = _shape_of(shape)._node
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
-    _check.device(device)
+    device, strict = _check.device(device), _check.boolean("strict", strict)
     o, d = _check.points("origins", origins, precision), _check.points("directions", directions, precision)
     if len(o) != len(d):
         raise SceneError(f"origins and directions must be as many, got {len(o)} and {len(d)}")
     lower, upper = _span("t_min", t_min, len(o), precision), _span("t_max", t_max, len(o), precision)
     with reporter(progress, "trace") as callback:
-        found = _core.trace(node, tracer.name, tracer._parts(), o, d, lower, upper, eps, cone, max_steps, callback)
+        found = _core.trace(
+            node, tracer.name, tracer._parts(), o, d, lower, upper, eps, cone, max_steps, device, strict, callback
+        )
+    _warn_software(found.pop("software"), found["device"])
     return Hits(**{**found, "summary": Summary(**found["summary"])})
 
 
@@ -140,8 +145,9 @@ def _warn_slope(shape: Shape, summary: Summary) -> None:
         )
 
 
-def _device_words() -> str:
-    return f"cpu ({_core.threads()} threads, {_core.simd_level()}): the only device of this build"
+def _warn_software(software: bool, device: str) -> None:
+    if software:
+        warnings.warn(f"{device}: this GPU is a driver that runs on the processor; device='cpu' is faster", stacklevel=3)
 
 
 def trace_stats(
@@ -155,6 +161,7 @@ def trace_stats(
     t_max: float = 100.0,
     precision: Precision = "f32",
     device: str = "auto",
+    strict: bool = False,
     progress: Progress = None,
 ) -> Stats:
     """Traces a camera's rays and returns maps (H, W) and the numbers of the run, without shading.
@@ -171,18 +178,21 @@ def trace_stats(
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
     t_max = _check.positive("t_max", t_max)
-    _check.device(device)
+    device, strict = _check.device(device), _check.boolean("strict", strict)
     _check.choice("precision", precision, ("f32", "f64"))
     scene, cam = _view(scene_or_shape, camera, t_max)
     with reporter(progress, "trace") as callback:
         found = _core.trace_camera(
-            scene.shape._node, cam, tracer.name, tracer._parts(), t_max, eps, cone, max_steps, precision, callback
-        )
+            scene.shape._node, cam, tracer.name, tracer._parts(), t_max, eps, cone, max_steps, precision,
+            device, strict, callback,
+        )  # fmt: skip
+    used = found.pop("device")
+    _warn_software(found.pop("software"), used)
     maps = {name: value.reshape(cam.height, cam.width) for name, value in found.items() if name != "summary"}
     summary = Summary(**found["summary"])
     _warn_slope(scene.shape, summary)
     settings = Settings(
-        tracer, eps, cone, max_steps, t_max, precision, _device_words(), _core.threads(), cam, None, None, None,
+        tracer, eps, cone, max_steps, t_max, precision, used, _core.threads(), cam, None, None, None,
         _core.__version__,
     )  # fmt: skip
     return Stats(
@@ -202,6 +212,7 @@ def render(
     t_max: float = 100.0,
     precision: Precision = "f32",
     device: str = "auto",
+    strict: bool = False,
     lights: Optional[Sequence[PointLight]] = None,
     progress: Progress = None,
 ) -> Image:
@@ -210,8 +221,11 @@ def render(
     Args: without `camera` the scene's own is used, else one that fits the shape's bounds; without `lights` the
     scene's own, else one beside the viewer. A sample at t is a hit when its value is at most max(eps, cone*t),
     world units; `max_steps` counts evaluations of the field; `progress` True or a function of (done, total).
+    `device` "cpu", "gpu" (any), "gpu:N" (the N-th of `sdfrs doctor`), or "auto": a real GPU where there is one
+    and it is worth the way, else the CPU; `img.device` says which and why. GPUs compute in f32; `strict` keeps
+    every rounding there, so that the result has the CPU's bits where the driver rounds correctly.
     Raises: SceneError for settings out of range and images too large for the memory; DeviceError for a device
-    this build lacks. Warns (LipschitzWarning) when the field is steeper than declared.
+    that this machine lacks. Warns (LipschitzWarning) when the field is steeper than declared.
 
     Examples:
         >>> import sdfrs
@@ -222,7 +236,7 @@ def render(
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
     t_max = _check.positive("t_max", t_max)
-    _check.device(device)
+    device, strict = _check.device(device), _check.boolean("strict", strict)
     _check.choice("precision", precision, ("f32", "f64"))
     scene, cam = _view(scene_or_shape, camera, t_max)
     shone = as_lights("lights", lights)
@@ -231,8 +245,9 @@ def render(
     with reporter(progress, "render") as callback:
         found = _core.render(
             scene.shape._node, cam, shone, scene.background, scene.albedo, tracer.name, tracer._parts(),
-            t_max, eps, cone, max_steps, precision, callback,
+            t_max, eps, cone, max_steps, precision, device, strict, callback,
         )  # fmt: skip
+    _warn_software(found["software"], found["device"])
     size = (cam.height, cam.width)
     summary = Summary(**found["summary"])
     _warn_slope(scene.shape, summary)
@@ -245,9 +260,9 @@ def render(
         fallbacks=found["fallbacks"].reshape(size),
         multiplier=found["multiplier"].reshape(size),
         summary=summary,
-        device=_device_words(),
+        device=found["device"],
         settings=Settings(
-            tracer, eps, cone, max_steps, t_max, precision, _device_words(), _core.threads(), cam, shone,
+            tracer, eps, cone, max_steps, t_max, precision, found["device"], _core.threads(), cam, shone,
             scene.background, scene.albedo, _core.__version__,
         ),
         timings=Timings(found["trace_seconds"], found["shade_seconds"]),

@@ -108,7 +108,8 @@ class Hits:
 
     Fields: `t`, world units along the ray, inf on a miss; `status` (uint8: 0 miss, 1 hit, 2 out of steps,
     3 invalid); `steps` and `fallbacks` (uint32); `multiplier`, mean step over radius; `distance`, the last
-    value; `witness`, largest slope seen; `flags` (uint8: 1 started inside, 2 crossing, 4 decided by rounding).
+    value; `witness`, largest slope seen; `flags` (uint8: 1 started inside, 2 crossing, 4 decided by rounding);
+    `device`, which and why.
 
     Examples:
         >>> import sdfrs
@@ -128,6 +129,7 @@ class Hits:
     witness: npt.NDArray[Any]
     flags: npt.NDArray[np.uint8]
     summary: Summary
+    device: str
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:

@@ -2,14 +2,14 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::Limits;
+use sdfrs_core::contract::{Limits, Prune};
 use sdfrs_laws::families::EPS;
 use sdfrs_laws::tracers::reach;
 use sdfrs_laws::{Family, Pack, Verdict, judge, letter, name, problems};
 use sdfrs_trace::tracer::{Form, SearchForm, Tracer};
 
 const RAYS: usize = 5000;
-const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096 };
+const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off };
 
 fn run(tracer: &Tracer, family: Family) -> Result<Verdict, Box<dyn Error>> {
     let all = problems(family, RAYS, 7);

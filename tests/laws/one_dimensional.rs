@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::Limits;
+use sdfrs_core::contract::{Limits, Prune};
 use sdfrs_core::eval::Native;
 use sdfrs_laws::families::{EPS, FAMILIES};
 use sdfrs_laws::field::samples;
@@ -48,18 +48,18 @@ fn all_families<T: Native>(limits: &Limits, per_family: usize, seed: u64) -> Res
 
 #[test]
 fn no_surface_is_missed_or_late_f32() -> Result<(), Box<dyn Error>> {
-    all_families::<f32>(&Limits { eps: EPS, cone: 0.0, max_steps: 4096 }, PER_FAMILY, 1)
+    all_families::<f32>(&Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off }, PER_FAMILY, 1)
 }
 
 #[test]
 fn no_surface_is_missed_or_late_f64() -> Result<(), Box<dyn Error>> {
-    all_families::<f64>(&Limits { eps: EPS, cone: 0.0, max_steps: 4096 }, PER_FAMILY, 1)
+    all_families::<f64>(&Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off }, PER_FAMILY, 1)
 }
 
 #[test]
 fn nor_at_other_thresholds() -> Result<(), Box<dyn Error>> {
     for eps in [1e-2, 1e-3, 1e-5, 1e-6, 1e-8] {
-        let limits = Limits { eps, cone: 0.0, max_steps: 4096 };
+        let limits = Limits { eps, cone: 0.0, max_steps: 4096, prune: Prune::Off };
         for family in FAMILIES.into_iter().filter(|f| *f != Family::Grazing) {
             let all = problems(family, 1500, 2);
             for tracer in guarded() {
@@ -75,7 +75,7 @@ fn nor_at_other_thresholds() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn nor_with_thresholds_that_grow_with_the_distance() -> Result<(), Box<dyn Error>> {
-    let limits = Limits { eps: EPS, cone: 1e-3, max_steps: 4096 };
+    let limits = Limits { eps: EPS, cone: 1e-3, max_steps: 4096, prune: Prune::Off };
     for family in FAMILIES {
         let all = problems(family, 1500, 3);
         for tracer in guarded() {
@@ -89,7 +89,7 @@ fn nor_with_thresholds_that_grow_with_the_distance() -> Result<(), Box<dyn Error
 
 #[test]
 fn exact_fields_raise_no_witness() -> Result<(), Box<dyn Error>> {
-    let limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096 };
+    let limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off };
     for family in FAMILIES {
         let all = problems(family, 2000, 4);
         for tracer in guarded() {

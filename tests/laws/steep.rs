@@ -3,14 +3,14 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::{FLAG_CROSSING, Limits};
+use sdfrs_core::contract::{Prune, FLAG_CROSSING, Limits};
 use sdfrs_core::eval::Native;
 use sdfrs_laws::families::EPS;
 use sdfrs_laws::field::samples;
 use sdfrs_laws::tracers::{is_search, reach};
 use sdfrs_laws::{Family, Pack, guarded, judge, name, problems};
 
-const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096 };
+const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off };
 
 fn steep<T: Native>(steepness: f64) -> Result<(), Box<dyn Error>> {
     for family in [Family::RandomSlopes, Family::SpheresAndPlane] {

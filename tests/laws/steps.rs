@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::{Control, FLAG_INSIDE, Hits, Limits, Rays, Span, Status};
+use sdfrs_core::contract::{Prune, Control, FLAG_INSIDE, Hits, Limits, Rays, Span, Status};
 use sdfrs_core::eval::Native;
 use sdfrs_core::{Field, Scratch};
 use sdfrs_laws::families::{EPS, FAMILIES, T_MAX};
@@ -12,7 +12,7 @@ use sdfrs_laws::{Pack, guarded, letter, name, problems};
 use sdfrs_trace::march::trace;
 use sdfrs_trace::tracer::{Form, Tracer};
 
-const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096 };
+const LIMITS: Limits = Limits { eps: EPS, cone: 0.0, max_steps: 4096, prune: Prune::Off };
 const BASIC: Tracer = Tracer::Basic { guards: true };
 
 /// A field of z alone.

@@ -100,7 +100,7 @@ USAGE = {
 FAILURES = {
     "no file": ["render", "nowhere.json"],
     "not a scene": ["render", "broken.json"],
-    "device": ["render", "csg", "--device", "gpu", *SMALL],
+    "device": ["render", "csg", "--device", "gpu:97", *SMALL],
     "eps": ["render", "csg", "--eps", "0", *SMALL],
     "empty": ["render", "csg", "--size", "0x0"],
     "huge": ["render", "csg", "--size", "99999x99999"],

@@ -2,7 +2,7 @@
 
 use std::{hint::black_box, time::Instant};
 
-use sdfrs_core::{Control, Limits, Program, Shape, pool};
+use sdfrs_core::{Control, Limits, Program, Prune, Shape, pool};
 use sdfrs_trace::{
     Tracer,
     camera::{Camera, Kind},
@@ -11,7 +11,11 @@ use sdfrs_trace::{
 };
 
 use super::bar;
-use crate::{Scene, clock, pruned_peer::TILES, scenes, trace};
+use crate::{
+    Scene, clock,
+    pruned_peer::{Pruned, TILES},
+    scenes, trace,
+};
 
 /// Seconds a rival gets for pictures.
 const LONG: f64 = 1.0;
@@ -21,22 +25,27 @@ fn milliseconds<const N: usize>(jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     clock::minima(LONG, jobs).map(|s| s * 1e3)
 }
 
+/// Unpruned against fidget's JIT, pruned against the scalar loop: bars for the latter.
 pub fn peers() {
     println!(
-        "| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | bar | rays that differ |"
+        "| scene, 512x512 | ours unpruned, ms | `exact` | `skip` | fidget JIT, 32x32 tiles | scalar loop | unpruned / JIT | scalar / skip | bar |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let lines = trace::picture(512);
-    let batch = trace::Batch::new(&lines);
+    let batch = trace::Batch::new(512);
     for (scene, least) in [(scenes::csg(), 10.0), (scenes::spheres(1000), 100.0)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
-        let (a, b) = (batch.trace(&program), trace::waves(&mut jit, &lines));
-        let differ = a.hits.abs_diff(b.hits);
-        assert!(differ * 1000 <= lines.len(), "{a:?} {b:?}");
-        let [ours, jit, scalar] = milliseconds([
+        alike(batch.trace(&program), trace::waves(&mut jit, &lines));
+        let [ours, exact, skip, jit, scalar] = milliseconds([
             &mut || {
                 black_box(batch.trace(&program));
+            },
+            &mut || {
+                black_box(batch.pruned(&program, Prune::Exact));
+            },
+            &mut || {
+                black_box(batch.pruned(&program, Prune::Skip));
             },
             &mut || {
                 black_box(trace::waves(&mut jit, &lines));
@@ -46,53 +55,82 @@ pub fn peers() {
             },
         ]);
         println!(
-            "| {} | {ours:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | >= {least}{} | {differ} |",
+            "| {} | {ours:.1} | {exact:.1} | {skip:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | >= {least}{} |",
             scene.name,
             ours / jit,
-            scalar / ours,
-            if scalar >= least * ours { "" } else { " (missed)" }
+            scalar / skip,
+            if scalar >= least * skip { "" } else { " (missed)" }
         );
     }
     println!();
 }
 
+/// Panics unless two tracers hit the same rays, a few grazing ones apart.
+fn alike(a: trace::Totals, b: trace::Totals) -> usize {
+    let differ = a.hits.abs_diff(b.hits);
+    assert!(differ <= 300, "{a:?} {b:?}");
+    differ
+}
+
 /// The strongest opponent: fidget with intervals and simplified tapes for each tile and slab.
 pub fn pruned() {
     println!(
-        "| scene, 512x512 | ours unpruned, ms | fidget JIT, its own pruning | slabs | ours / JIT | rays that differ |"
+        "| scene, 512x512 | unpruned, ms | `exact` | `skip` | fidget JIT, its own pruning | slabs | skip / JIT | bar | skip / unpruned | bar | exact / unpruned | bar | rays that differ |"
     );
-    println!("|---|---|---|---|---|---|");
-    let lines = trace::picture(512);
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let nested = trace::nested(512, TILES);
-    let batch = trace::Batch::new(&lines);
-    for scene in [scenes::csg(), scenes::spheres(1000)] {
+    let batch = trace::Batch::new(512);
+    let limits = [(None, Some(0.5), None), (Some(1.0 / 12.0), Some(1.0 / 12.0), Some(1.0 / 8.0))];
+    for (scene, bars) in [scenes::csg(), scenes::spheres(1000)].iter().zip(limits) {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.pruned_jit();
-        let [mut ours, mut best, mut slabs, mut differ] = [f64::INFINITY, f64::INFINITY, 0.0, 0.0];
-        for depths in [[0.5f32, 0.25], [1.0, 0.5], [2.0, 1.0]] {
-            let [a, b] = [batch.trace(&program), jit.trace(&nested, depths)];
-            assert!(a.hits.abs_diff(b.hits) * 1000 <= lines.len(), "{a:?} {b:?}");
-            let [one, peer] = milliseconds([
-                &mut || {
-                    black_box(batch.trace(&program));
-                },
-                &mut || {
-                    black_box(jit.trace(&nested, depths));
-                },
-            ]);
-            ours = ours.min(one);
-            if peer < best {
-                (best, slabs, differ) = (peer, f64::from(depths[0]), a.hits.abs_diff(b.hits) as f64);
-            }
-        }
+        let depths = best_slabs(&mut jit, &nested);
+        let off = batch.trace(&program);
+        let differ =
+            alike(off, jit.trace(&nested, depths)).max(alike(off, batch.pruned(&program, Prune::Skip)));
+        assert_eq!(off, batch.pruned(&program, Prune::Exact));
+        let [ours, exact, skip, peer] = milliseconds([
+            &mut || {
+                black_box(batch.trace(&program));
+            },
+            &mut || {
+                black_box(batch.pruned(&program, Prune::Exact));
+            },
+            &mut || {
+                black_box(batch.pruned(&program, Prune::Skip));
+            },
+            &mut || {
+                black_box(jit.trace(&nested, depths));
+            },
+        ]);
         println!(
-            "| {} | {ours:.1} | {best:.1} | {slabs} and {} | {:.2} | {differ} |",
+            "| {} | {ours:.1} | {exact:.1} | {skip:.1} | {peer:.1} | {} and {} | {:.3} | {} | {:.3} | {} | {:.3} | {} | {differ} |",
             scene.name,
-            slabs / 2.0,
-            ours / best
+            depths[0],
+            depths[1],
+            skip / peer,
+            bar(bars.0, skip / peer),
+            skip / ours,
+            bar(bars.1, skip / ours),
+            exact / ours,
+            bar(bars.2, exact / ours)
         );
     }
     println!();
+}
+
+/// The depths that serve the opponent best.
+fn best_slabs(jit: &mut Pruned, lines: &[trace::Line]) -> [f32; 2] {
+    let mut best = (f64::INFINITY, [0.0; 2]);
+    for depths in [[0.5, 0.25], [1.0, 0.5], [2.0, 1.0]] {
+        let start = clock::cpu();
+        black_box(jit.trace(lines, depths));
+        let seconds = clock::cpu() - start;
+        if seconds < best.0 {
+            best = (seconds, depths);
+        }
+    }
+    best.1
 }
 
 /// The interpreter beside the same scene compiled by hand for AVX-512.
@@ -104,7 +142,7 @@ pub fn packets() {
         return;
     }
     let lines = trace::picture(512);
-    let (batch, rays) = (trace::Batch::new(&lines), packet::Rays::new(&lines));
+    let (batch, rays) = (trace::Batch::new(512), packet::Rays::new(&lines));
     let scene = scenes::csg();
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let (a, b) = (trace::scalar(&scene, &lines), packet::trace(&rays));
@@ -127,25 +165,19 @@ pub fn packets() {
     );
 }
 
-/// Cost by the number of spheres; a run each, because the last takes minutes where nothing is pruned.
+/// Cost by the number of spheres.
 pub fn growth() {
-    const SIDE: usize = 128;
-    println!("| spheres, {SIDE}x{SIDE} | ours unpruned, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
-    let lines = trace::picture(SIDE);
-    let batch = trace::Batch::new(&lines);
-    let mut thousand = f64::NAN;
-    let mut rows = Vec::new();
-    for n in [100, 1_000, 10_000, 100_000] {
-        let program = Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap();
-        let start = clock::cpu();
-        black_box(batch.trace(&program));
-        let ms = (clock::cpu() - start) * 1e3;
-        thousand = if n == 1_000 { ms } else { thousand };
-        rows.push((n, ms));
-    }
-    for (n, ms) in rows {
-        let limit = (n == 100_000).then_some(6.0);
-        println!("| {n} | {ms:.1} | {:.2} | {} |", ms / thousand, bar(limit, ms / thousand));
+    println!("| spheres, 512x512 | `skip`, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
+    let batch = trace::Batch::new(512);
+    let programs = [100, 1_000, 10_000, 100_000]
+        .map(|n| (n, Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap()));
+    let run = |i: usize| {
+        black_box(batch.pruned(&programs[i].1, Prune::Skip));
+    };
+    let ms = milliseconds([&mut || run(0), &mut || run(1), &mut || run(2), &mut || run(3)]);
+    for ((n, _), ms_of) in programs.iter().zip(ms) {
+        let limit = (*n == 100_000).then_some(6.0);
+        println!("| {n} | {ms_of:.1} | {:.2} | {} |", ms_of / ms[1], bar(limit, ms_of / ms[1]));
     }
     println!();
 }
@@ -153,8 +185,7 @@ pub fn growth() {
 /// Wall clock, because the point is not to wait; meaningless on a busy machine.
 pub fn threads() {
     println!("| scene, 512x512 | one thread, ms | two | one / two | bar |\n|---|---|---|---|---|");
-    let lines = trace::picture(512);
-    let batch = trace::Batch::new(&lines);
+    let batch = trace::Batch::new(512);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut best = [f64::INFINITY; 2];
@@ -180,11 +211,9 @@ pub fn parts() {
     println!("| scene, 1280x720 | picture, ms | its rays alone | shading | beyond tracing | bar |");
     println!("|---|---|---|---|---|---|");
     let camera = camera();
-    let tracer = Tracer::Basic { guards: true };
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let Scene { shape, name, .. } = &scene;
-        let lines = camera_lines(&camera);
-        let batch = trace::Batch::new(&lines);
+        let batch = camera_rays(&camera);
         let program = Program::<f32>::for_tracing(shape).unwrap();
         let mut shading = f64::INFINITY;
         let [whole, rays] = milliseconds([
@@ -194,7 +223,7 @@ pub fn parts() {
                 black_box(made);
             },
             &mut || {
-                black_box(batch.walk(&program, &tracer));
+                black_box(batch.pruned(&program, Prune::Auto { skip: true }));
             },
         ]);
         let beyond = 1.0 - rays / whole;
@@ -217,15 +246,16 @@ pub fn camera() -> Camera {
 pub fn picture(shape: &Shape, camera: &Camera) -> Picture<f32> {
     let lights = [PointLight::at([4.0, 6.0, 3.0])];
     let scene = render::Scene { shape, camera, lights: &lights, surface: Surface::default() };
-    let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 256 };
+    let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 256, prune: Prune::Auto { skip: true } };
     render::render(&scene, &Tracer::Basic { guards: true }, &limits, 10.0, &Control::new()).unwrap()
 }
 
-pub fn camera_lines(camera: &Camera) -> Vec<trace::Line> {
+/// Its rays, made beforehand.
+pub fn camera_rays(camera: &Camera) -> trace::Batch {
     let pixels = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
     let line = |(x, y)| {
         let (o, d) = camera.ray(x, y).unwrap();
         trace::Line { o: o.map(|v| v as f32), d: d.map(|v| v as f32) }
     };
-    pixels.map(line).collect()
+    trace::Batch::of_lines(pixels.map(line).collect(), camera.width as usize)
 }

@@ -2,6 +2,7 @@
 //!
 //! Twin: the GPU's contract mirrors these structs. Law: TRACERS' terms; a step is one evaluation.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::{error::SceneError, real::Scalar};
@@ -24,13 +25,37 @@ pub const FLAG_CROSSING: u8 = 2;
 /// The floor of 4 ulp, not `eps`, decided this hit.
 pub const FLAG_PRECISION: u8 = 4;
 
-/// When to stop: thresholds in world units, budget in evaluations.
+/// Whether programs are shortened place by place ([`crate::prune`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Prune {
+    Off,
+    /// Only operands that cannot win are dropped: values, steps and fallbacks keep their bits.
+    Exact,
+    /// Cells proven empty are stepped over as well: the same status, fewer steps.
+    Skip,
+    /// One of these, where it pays: exact, or `skip`.
+    Auto { skip: bool },
+}
+
+impl Prune {
+    pub fn name(self) -> &'static str {
+        match self {
+            Prune::Off => "off",
+            Prune::Exact => "exact",
+            Prune::Skip => "skip",
+            Prune::Auto { .. } => "auto",
+        }
+    }
+}
+
+/// When to stop: thresholds in world units, budget in evaluations; and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     pub eps: f64,
     /// Radius of the pixel at unit distance; the hit threshold at `t` is `max(eps, cone * t)`.
     pub cone: f64,
     pub max_steps: u32,
+    pub prune: Prune,
 }
 
 impl Limits {
@@ -164,6 +189,41 @@ pub struct Hits<T> {
     pub flags: Vec<u8>,
     /// Largest threshold that decided a hit: above `eps` where a cone or the floor of 4 ulp did.
     pub threshold: T,
+    pub work: Work,
+}
+
+/// What was run to find the hits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Work {
+    /// What pruning was in use; never `Auto`.
+    pub prune: Prune,
+    /// Operations times points, of programs and of the probes that shortened them.
+    pub node_evaluations: u64,
+    /// Evaluations by the length of the program they ran.
+    pub lengths: BTreeMap<u64, u64>,
+    /// What the pruner kept in memory, all workers together.
+    pub arena_bytes: u64,
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self { prune: Prune::Off, node_evaluations: 0, lengths: BTreeMap::new(), arena_bytes: 0 }
+    }
+}
+
+impl Work {
+    /// Points run through a program of that length.
+    pub fn add(&mut self, ops: u64, points: u64) {
+        self.node_evaluations += ops * points;
+        *self.lengths.entry(ops).or_insert(0) += points;
+    }
+    pub fn join(&mut self, other: &Self) {
+        self.node_evaluations += other.node_evaluations;
+        for (ops, n) in &other.lengths {
+            *self.lengths.entry(*ops).or_insert(0) += n;
+        }
+        self.arena_bytes += other.arena_bytes;
+    }
 }
 
 /// Stop and progress, shared between the caller and the workers.

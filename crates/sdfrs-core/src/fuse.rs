@@ -16,8 +16,9 @@ const WINDOW: usize = 24;
 /// Most instructions that follow each other for their kind.
 const RUN: usize = 32;
 
-/// The graph with pairs fused; absorbed nodes stay behind without a use.
-pub fn fuse(graph: &Graph) -> Graph {
+/// The graph with pairs fused; absorbed nodes stay behind without a use, and no node changes its number.
+/// Minima and maxima stay single unless `choices` are to be fused as well: pruning decides one by one.
+pub fn fuse(graph: &Graph, choices: bool) -> Graph {
     let mut fused = Graph::default();
     fused.nodes.clone_from(&graph.nodes);
     fused.consts.clone_from(&graph.consts);
@@ -30,7 +31,9 @@ pub fn fuse(graph: &Graph) -> Graph {
             continue;
         }
         let view = View { nodes: &fused.nodes, uses: &uses };
-        if let Some(found) = view.pattern(&fused.nodes[i]) {
+        let node = &fused.nodes[i];
+        let choice = matches!(node.op, Op::Min | Op::Max);
+        if let Some(found) = view.pattern(node).filter(|_| choices || !choice) {
             for absorbed in found.absorbed.into_iter().flatten() {
                 uses[(absorbed - INPUTS) as usize] = 0;
             }

@@ -114,6 +114,10 @@ impl Grid {
     pub fn spacing(&self) -> [f64; 3] {
         self.spacing
     }
+    /// Divisor `a` and subtrahend `b` of the safe step `max(v / a, v - b)`.
+    pub fn safe(&self) -> (f64, f64) {
+        self.safe
+    }
     /// Certified slope of the interpolant and of its continuation outside the box.
     pub fn lipschitz(&self) -> f64 {
         self.lipschitz

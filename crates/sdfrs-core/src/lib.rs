@@ -14,11 +14,12 @@ pub mod lane;
 pub mod math;
 pub mod op;
 pub mod pool;
+pub mod prune;
 pub mod real;
 pub mod shape;
 pub mod tape;
 
-pub use contract::{Control, Hits, Limits, Rays, Span, Status};
+pub use contract::{Control, Hits, Limits, Prune, Rays, Span, Status};
 pub use error::{FormatError, SceneError};
 pub use eval::{Program, Scratch};
 pub use field::Field;

@@ -6,7 +6,7 @@ use crate::{
     fuse,
     graph::{Graph, INPUTS},
     grid::Grid,
-    op::{Ins, Tables},
+    op::{Ins, Op, Tables},
     real::Scalar,
 };
 
@@ -17,7 +17,7 @@ use crate::{
 pub struct Tape<T> {
     ins: Vec<Ins>,
     consts: Vec<T>,
-    grids: Vec<Arc<Grid>>,
+    grids: Arc<[Arc<Grid>]>,
     slots: u32,
     root: u32,
 }
@@ -25,7 +25,7 @@ pub struct Tape<T> {
 impl<T: Scalar> Tape<T> {
     /// The program that runs fastest: pairs fused, instructions of one kind side by side.
     pub fn new(graph: &Graph) -> Self {
-        let fused = fuse::fuse(graph);
+        let fused = fuse::fuse(graph, true);
         let order = fuse::arrange(&fused, &order(&fused));
         Self::in_order(&fused, &order)
     }
@@ -71,16 +71,52 @@ impl<T: Scalar> Tape<T> {
             slot_of[id as usize] = d;
             ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
         }
-        for i in (1..ins.len()).rev() {
-            if together(&ins[i - 1], &ins[i]) {
-                ins[i - 1].run = ins[i].run.checked_add(1).unwrap_or(1);
-            }
-        }
         let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
-        let tape =
-            Self { ins, consts, grids: graph.grids.clone(), slots, root: slot_of[graph.root as usize] };
-        tape.check();
+        let grids = graph.grids.clone().into();
+        Self::of(ins, consts, grids, slots, slot_of[graph.root as usize])
+    }
+
+    /// A program of instructions in order, checked.
+    fn of(ins: Vec<Ins>, consts: Vec<T>, grids: Arc<[Arc<Grid>]>, slots: u32, root: u32) -> Self {
+        let mut tape = Self { ins, consts, grids, slots, root };
+        tape.finish();
         tape
+    }
+
+    /// Counts what goes together, and checks.
+    fn finish(&mut self) {
+        for i in (0..self.ins.len()).rev() {
+            let same = self.ins.get(i + 1).filter(|next| together(&self.ins[i], next)).map_or(0, |next| next.run);
+            self.ins[i].run = same.checked_add(1).unwrap_or(1);
+        }
+        self.check();
+    }
+
+    /// Rewrites the program in place, so that no memory has to be asked for: `fill` gets the instructions
+    /// and constants, both empty, and gives the number of slots and the root's.
+    pub fn rewrite(&mut self, grids: &Arc<[Arc<Grid>]>, fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32)) {
+        self.ins.clear();
+        self.consts.clear();
+        if !Arc::ptr_eq(&self.grids, grids) {
+            self.grids = grids.clone();
+        }
+        (self.slots, self.root) = fill(&mut self.ins, &mut self.consts);
+        self.finish();
+    }
+
+    /// A program that isn't one yet: the point's x.
+    pub fn blank() -> Self {
+        Self::of(Vec::new(), Vec::new(), Arc::new([]), INPUTS, 0)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.ins.capacity() * size_of::<Ins>() + self.consts.capacity() * size_of::<T>()
+    }
+
+    /// Operations run for a point: every sphere of a union counts.
+    pub fn ops(&self) -> u64 {
+        self.ins.iter().map(|i| if i.op == Op::SphereUnion { u64::from(i.n / 4) } else { 1 }).sum()
     }
 
     /// The promise behind the evaluator's `unsafe`.
@@ -126,12 +162,12 @@ fn together(before: &Ins, ins: &Ins) -> bool {
     }
 }
 
-fn operands(graph: &Graph, id: u32) -> &[u32] {
+pub(crate) fn operands(graph: &Graph, id: u32) -> &[u32] {
     graph.node(id).map_or(&[], |n| &n.a[..n.op.arity()])
 }
 
 /// Nodes the root needs, each after its operands and as late as the first use allows.
-fn order(graph: &Graph) -> Vec<u32> {
+pub(crate) fn order(graph: &Graph) -> Vec<u32> {
     let mut done = vec![false; graph.nodes.len() + INPUTS as usize];
     let mut out = Vec::with_capacity(graph.nodes.len());
     let mut stack = vec![(graph.root, 0usize)];

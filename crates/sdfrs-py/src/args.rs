@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
+use sdfrs::device::{self, Choice, On};
 use sdfrs_core::{Limits, Program, SceneError, Span, eval::Native};
 use sdfrs_trace::{
     Tracer,
@@ -17,7 +18,7 @@ use crate::{
 };
 
 /// f32 and f64, here and in numpy.
-pub trait Number: Native + numpy::Element {
+pub trait Number: Native + device::Number + numpy::Element {
     /// Where a node keeps its program of this precision.
     fn program(node: &Node) -> &OnceLock<Program<Self>>;
 }
@@ -116,6 +117,12 @@ pub fn is_f32(precision: &str) -> PyResult<bool> {
         "f64" => Ok(false),
         other => Err(scene(format!("precision must be 'f32' or 'f64', got {other:?}"))),
     }
+}
+
+/// Where to compute, and how exactly.
+pub fn on(device: &str, strict: bool) -> PyResult<On> {
+    let device: Choice = device.parse().map_err(Fault::from)?;
+    Ok(On { device, strict })
 }
 
 /// The parameters of a tracer, by name; those that its class lacks are absent.

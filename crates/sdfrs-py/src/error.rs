@@ -7,6 +7,7 @@ use pyo3::{
     sync::PyOnceLock,
     types::{PyString, PyType},
 };
+use sdfrs::device::DeviceError;
 use sdfrs_core::{FormatError, SceneError};
 use sdfrs_trace::TraceError;
 
@@ -15,6 +16,7 @@ use sdfrs_trace::TraceError;
 pub enum Fault {
     Scene(String),
     Format(String),
+    Device(String),
     Internal(String),
 }
 
@@ -40,11 +42,21 @@ impl From<TraceError> for Fault {
     }
 }
 
+impl From<DeviceError> for Fault {
+    fn from(e: DeviceError) -> Self {
+        match e {
+            DeviceError::Trace(e) => e.into(),
+            refused => Fault::Device(refused.to_string()),
+        }
+    }
+}
+
 impl From<Fault> for PyErr {
     fn from(fault: Fault) -> Self {
         Python::attach(|py| match fault {
             Fault::Scene(message) => raise(py, &SCENE, "SceneError", &message),
             Fault::Format(message) => raise(py, &FORMAT, "FormatError", &message),
+            Fault::Device(message) => raise(py, &DEVICE, "DeviceError", &message),
             Fault::Internal(message) => raise(py, &INTERNAL, "InternalError", &message),
         })
     }
@@ -52,6 +64,7 @@ impl From<Fault> for PyErr {
 
 static SCENE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static FORMAT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static DEVICE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static INTERNAL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 fn raise(py: Python<'_>, slot: &PyOnceLock<Py<PyType>>, name: &str, message: &str) -> PyErr {

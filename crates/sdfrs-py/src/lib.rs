@@ -5,6 +5,7 @@
 
 mod args;
 mod call;
+mod device;
 mod error;
 mod node;
 mod scene;
@@ -38,6 +39,7 @@ mod _core {
     #[pymodule_export]
     use crate::{
         args::{camera_check, camera_rays},
+        device::adapters,
         node::Node,
         scene::{scene_from_json, scene_to_json},
         set_threads, simd_level, threads,

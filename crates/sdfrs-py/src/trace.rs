@@ -1,18 +1,10 @@
 //! Tracing rays and rendering pictures: settings in, arrays out.
 
-use std::time::Instant;
-
 use numpy::PyReadonlyArray2;
 use pyo3::{prelude::*, types::PyDict};
-use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, contract, eval::Native};
-use sdfrs_trace::{
-    Tracer,
-    camera::Camera,
-    march,
-    render::{self as picture, Scene},
-    shade::Surface,
-    stats::Summary,
-};
+use sdfrs::device::{On, Used};
+use sdfrs_core::{Hits, Limits, Rays, Shape, contract};
+use sdfrs_trace::{Tracer, camera::Camera, render::Scene, shade::Surface, stats::Summary};
 
 use crate::{
     args::{self, CameraArg, Number, SpanArg, flat, triples},
@@ -27,6 +19,7 @@ struct Job<'a> {
     shape: &'a Shape,
     tracer: Tracer,
     limits: Limits,
+    on: On,
 }
 
 impl<'a> Job<'a> {
@@ -35,8 +28,10 @@ impl<'a> Job<'a> {
         tracer: &str,
         parts: &Bound<'_, PyDict>,
         limits: Limits,
+        (device, strict): (&str, bool),
     ) -> PyResult<Self> {
-        Ok(Self { shape: &node.get().shape, tracer: args::tracer(tracer, parts)?, limits })
+        let on = args::on(device, strict)?;
+        Ok(Self { shape: &node.get().shape, tracer: args::tracer(tracer, parts)?, limits, on })
     }
 }
 
@@ -55,6 +50,8 @@ pub fn trace<'py>(
     eps: f64,
     cone: f64,
     max_steps: u32,
+    device: &str,
+    strict: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     fn run<'py, T: Number>(
@@ -66,7 +63,7 @@ pub fn trace<'py>(
     ) -> PyResult<Bound<'py, PyDict>> {
         let (origins, mut directions) = (args::rows(&rays[0])?, args::rows(&rays[1])?);
         let progress = Progress { callback, total: origins.len() as u64 };
-        let (hits, summary) = call::long(py, &progress, move |control| {
+        let (hits, summary, used) = call::long(py, &progress, move |control| {
             contract::check_rays(&origins, &mut directions)?;
             let rays = Rays {
                 origins: &origins,
@@ -74,30 +71,16 @@ pub fn trace<'py>(
                 t_min: spans[0].span(),
                 t_max: spans[1].span(),
             };
-            march(job, &rays, control)
+            Ok(T::trace(job.on, job.shape, &job.tracer, &rays, &job.limits, control)?)
         })?;
-        hits_fields(py, hits, &summary)
+        hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
     if let (Ok(o), Ok(d)) = (origins.extract(), directions.extract()) {
         return run::<f32>(py, &job, [o, d], [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress);
     }
     let rays = [origins.extract()?, directions.extract()?];
     run::<f64>(py, &job, rays, [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress)
-}
-
-fn march<T: Native>(
-    job: &Job<'_>,
-    rays: &Rays<'_, T>,
-    control: &Control,
-) -> Result<(Hits<T>, Summary), Fault> {
-    let program = Program::<T>::for_tracing(job.shape)?;
-    let start = Instant::now();
-    let hits = march::trace(&program, &job.tracer, rays, &job.limits, control)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let summary =
-        Summary::of(&hits, seconds, job.shape.lipschitz(), program.tape().instructions().len() as u64);
-    Ok((hits, summary))
 }
 
 /// Traces the rays of a camera.
@@ -114,6 +97,8 @@ pub fn trace_camera<'py>(
     cone: f64,
     max_steps: u32,
     precision: &str,
+    device: &str,
+    strict: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     fn run<'py, T: Number>(
@@ -124,12 +109,13 @@ pub fn trace_camera<'py>(
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let progress = Progress { callback, total: camera.pixels() };
-        let (hits, summary) = call::long(py, &progress, |control| {
-            Ok(picture::trace_camera::<T>(job.shape, camera, &job.tracer, &job.limits, t_max, control)?)
+        let (hits, summary, used) = call::long(py, &progress, |control| {
+            let walk = (&job.tracer, &job.limits, t_max);
+            Ok(T::trace_camera(job.on, job.shape, camera, walk, control)?)
         })?;
-        hits_fields(py, hits, &summary)
+        hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     if args::is_f32(precision)? {
         run::<f32>(py, &job, &camera, t_max, progress)
@@ -155,6 +141,8 @@ pub fn render<'py>(
     cone: f64,
     max_steps: u32,
     precision: &str,
+    device: &str,
+    strict: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     fn run<'py, T: Number>(
@@ -165,17 +153,17 @@ pub fn render<'py>(
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let progress = Progress { callback, total: scene.camera.pixels() };
-        let picture = call::long(py, &progress, |control| {
-            Ok(picture::render::<T>(scene, &job.tracer, &job.limits, t_max, control)?)
+        let (picture, used) = call::long(py, &progress, |control| {
+            Ok(T::render(job.on, scene, (&job.tracer, &job.limits, t_max), control)?)
         })?;
-        let dict = hits_fields(py, picture.hits, &picture.summary)?;
+        let dict = hits_fields(py, picture.hits, &picture.summary, &used)?;
         dict.set_item("rgb", flat(py, picture.rgb.into_flattened()))?;
         dict.set_item("normals", triples(py, picture.normals)?)?;
         dict.set_item("trace_seconds", picture.timings.trace_seconds)?;
         dict.set_item("shade_seconds", picture.timings.shade_seconds)?;
         Ok(dict)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?)?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     let lights = scene::lights(lights);
     let scene =
@@ -192,6 +180,7 @@ fn hits_fields<'py, T: Number>(
     py: Python<'py>,
     hits: Hits<T>,
     summary: &Summary,
+    used: &Used,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("t", flat(py, hits.t))?;
@@ -203,6 +192,8 @@ fn hits_fields<'py, T: Number>(
     dict.set_item("witness", flat(py, hits.witness))?;
     dict.set_item("flags", flat(py, hits.flags))?;
     dict.set_item("summary", summary_fields(py, summary)?)?;
+    dict.set_item("device", &used.words)?;
+    dict.set_item("software", used.software)?;
     Ok(dict)
 }
 

@@ -132,12 +132,13 @@ impl Camera {
 /// A camera's axes and scale, computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    origin: DVec3,
-    forward: DVec3,
-    right: DVec3,
-    up: DVec3,
-    half: f64,
-    perspective: bool,
+    pub origin: DVec3,
+    pub forward: DVec3,
+    pub right: DVec3,
+    pub up: DVec3,
+    /// Half the height of the image: at unit distance, or in world units without perspective.
+    pub half: f64,
+    pub perspective: bool,
     size: DVec2,
     width: u64,
 }
@@ -155,6 +156,11 @@ impl Frame {
         } else {
             ((self.origin + offset).into(), self.forward.into())
         }
+    }
+
+    /// Pixels of a row.
+    pub fn width(&self) -> usize {
+        self.width as usize
     }
 
     /// The ray of the `i`-th pixel, row by row.

@@ -64,15 +64,15 @@ impl<T> Picture<T> {
 }
 
 /// The rays of a camera, each made when it is asked for.
-struct CameraRays<T> {
-    frame: Frame,
+pub struct CameraRays<T> {
+    pub frame: Frame,
     count: usize,
     t_max: T,
 }
 
 impl<T: Native> CameraRays<T> {
     /// Refuses cameras whose picture this machine can't hold, or whose rays this precision can't.
-    fn new(camera: &Camera, tracer: &Tracer, t_max: f64) -> Result<Self, TraceError> {
+    pub fn new(camera: &Camera, tracer: &Tracer, t_max: f64) -> Result<Self, TraceError> {
         let frame = camera.frame()?;
         budget::check_image(camera.width.into(), camera.height.into())?;
         let t_max = T::of(t_max);
@@ -89,8 +89,16 @@ impl<T: Native> Source<T> for CameraRays<T> {
     fn count(&self) -> usize {
         self.count
     }
+    fn width(&self) -> Option<usize> {
+        Some(self.frame.width())
+    }
     fn ray(&self, i: usize) -> Ray<T> {
-        let (o, d) = self.frame.pixel(i as u64);
+        let width = self.frame.width();
+        self.at(i % width, i / width)
+    }
+    fn at(&self, x: usize, y: usize) -> Ray<T> {
+        // Both fit: a checked camera has at most 65536 columns and rows.
+        let (o, d) = self.frame.ray(x as u32, y as u32);
         let d = d.map(T::of);
         // As `check_rays` does for rays that come as a batch, so that both give the same bits.
         let length = T::len3(d[0], d[1], d[2]);
@@ -111,7 +119,7 @@ pub fn trace_camera<T: Native>(
     let rays = CameraRays::new(camera, tracer, t_max)?;
     let start = Instant::now();
     let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
-    let summary = summarise(shape, &program, &hits, start.elapsed().as_secs_f64());
+    let summary = summarise(shape, &hits, start.elapsed().as_secs_f64());
     Ok((hits, summary))
 }
 
@@ -138,14 +146,14 @@ pub fn render<T: Native>(
         height: scene.camera.height,
         normals,
         rgb,
-        summary: summarise(scene.shape, &program, &hits, trace_seconds),
+        summary: summarise(scene.shape, &hits, trace_seconds),
         hits,
         timings: Timings { trace_seconds, shade_seconds },
     })
 }
 
-fn summarise<T: Native>(shape: &Shape, program: &Program<T>, hits: &Hits<T>, seconds: f64) -> Summary {
-    Summary::of(hits, seconds, shape.lipschitz(), program.tape().instructions().len() as u64)
+fn summarise<T: Native>(shape: &Shape, hits: &Hits<T>, seconds: f64) -> Summary {
+    Summary::of(hits, seconds, shape.lipschitz())
 }
 
 /// Normals and colours.

@@ -6,12 +6,16 @@
 mod run;
 mod vectorise;
 
+use std::sync::Arc;
+
 use crate::{
     error::SceneError,
     field::Field,
     graph::{Form, Graph},
     lane::{Dual, Iv, Pack},
-    op::{Tables, execute},
+    grid::Grid,
+    op::{Ins, Tables, execute},
+    prune::Pruner,
     real::{Real, Scalar},
     shape::Shape,
     tape::Tape,
@@ -117,16 +121,32 @@ impl<T: Native> Default for Scratch<T> {
     }
 }
 
+impl<T: Native> Scratch<T> {
+    /// A slot's values after a program has been run over a single pack.
+    pub(crate) fn slot(&self, slot: usize) -> &T::Lanes {
+        self.lanes.only(slot)
+    }
+}
+
+impl<T: Native> Tape<T> {
+    /// Values at points given coordinate by coordinate; all slices have one length.
+    pub fn run(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
+        T::values(isa(), self, scratch, &p, out);
+    }
+}
+
 /// A shape ready to be evaluated.
 #[derive(Debug, Clone)]
 pub struct Program<T: Native> {
     tape: Tape<T>,
+    /// Shortens the program place by place, for walks.
+    pruner: Option<Arc<Pruner>>,
 }
 
 impl<T: Native> Program<T> {
     /// The field's values.
     pub fn values(shape: &Shape) -> Result<Self, SceneError> {
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?) })
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?), pruner: None })
     }
 
     /// The field that tracers walk: each part divided by its Lipschitz bound, textures by their safe step.
@@ -139,7 +159,21 @@ impl<T: Native> Program<T> {
             let message = "no finite Lipschitz bound is known, allowed: shapes with one; declare it by with_lipschitz(L)";
             return Err(SceneError::new(shape.op(), message));
         }
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Walk)?) })
+        let graph = Graph::new(shape, Form::Walk)?;
+        Ok(Self { tape: Tape::new(&graph), pruner: Pruner::new(&graph).map(Arc::new) })
+    }
+
+    /// A program to be written over.
+    pub fn blank() -> Self {
+        Self { tape: Tape::blank(), pruner: None }
+    }
+
+    pub(crate) fn rewrite(
+        &mut self,
+        grids: &Arc<[Arc<Grid>]>,
+        fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32),
+    ) {
+        self.tape.rewrite(grids, fill);
     }
 
     pub fn tape(&self) -> &Tape<T> {
@@ -170,6 +204,12 @@ impl<T: Native> Program<T> {
 impl<T: Native> Field<T> for Program<T> {
     fn eval(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         self.evaluate(scratch, p, out);
+    }
+    fn ops(&self) -> u64 {
+        self.tape.ops()
+    }
+    fn pruner(&self) -> Option<&Pruner> {
+        self.pruner.as_deref()
     }
 }
 

@@ -125,6 +125,12 @@ impl<R: Real> Slots<R> {
         self.width = width;
     }
 
+    /// A slot's values where it has a single one.
+    pub fn only(&self, slot: usize) -> &R {
+        debug_assert_eq!(self.width, 1);
+        &self.values[slot]
+    }
+
     /// A slot's place in this memory.
     #[inline(always)]
     fn own(&mut self, slot: usize) -> *mut R {

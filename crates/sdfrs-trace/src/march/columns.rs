@@ -1,6 +1,6 @@
 //! What a trace writes, tile by tile.
 
-use sdfrs_core::{Hits, Real, Scalar, Status};
+use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
 
 use super::swarm::{Crossing, Sink};
 use crate::tracer::walk::Tally;
@@ -19,6 +19,7 @@ pub struct Columns<'a, T> {
     pub threshold: T,
     /// Rays whose surface has to be refined yet.
     pub crossings: Vec<Crossing<T>>,
+    pub work: Work,
 }
 
 impl<T> Columns<'_, T> {
@@ -54,29 +55,47 @@ pub fn blank<T: Scalar>(n: usize) -> Hits<T> {
         witness: vec![zero; n],
         flags: vec![0; n],
         threshold: zero,
+        work: Work::default(),
     }
 }
 
-/// The hits as tiles of `size` rays.
-pub fn split<T: Scalar>(hits: &mut Hits<T>, size: usize) -> Vec<Columns<'_, T>> {
-    let times = hits.t.chunks_mut(size).zip(hits.status.chunks_mut(size));
-    let counts = hits.steps.chunks_mut(size).zip(hits.fallbacks.chunks_mut(size));
-    let values = hits.multiplier.chunks_mut(size).zip(hits.distance.chunks_mut(size));
-    let notes = hits.witness.chunks_mut(size).zip(hits.flags.chunks_mut(size));
-    times
-        .zip(counts)
-        .zip(values.zip(notes))
-        .map(|(((t, status), (steps, fallbacks)), ((multiplier, distance), (witness, flags)))| Columns {
-            t,
-            status,
-            steps,
-            fallbacks,
-            multiplier,
-            distance,
-            witness,
-            flags,
+/// The hits as tiles that begin at `starts`, the last of which is the number of rays.
+pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, starts: &[usize]) -> Vec<Columns<'a, T>> {
+    let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
+    let (mut times, mut statuses) = (Cut::new(t), Cut::new(status));
+    let (mut step_counts, mut fallback_counts) = (Cut::new(steps), Cut::new(fallbacks));
+    let (mut multipliers, mut distances) = (Cut::new(multiplier), Cut::new(distance));
+    let (mut witnesses, mut notes) = (Cut::new(witness), Cut::new(flags));
+    let size = |tile: &[usize]| tile[1] - tile[0];
+    starts
+        .windows(2)
+        .map(size)
+        .map(|n| Columns {
+            t: times.take(n),
+            status: statuses.take(n),
+            steps: step_counts.take(n),
+            fallbacks: fallback_counts.take(n),
+            multiplier: multipliers.take(n),
+            distance: distances.take(n),
+            witness: witnesses.take(n),
+            flags: notes.take(n),
             threshold: T::of(0.0),
             crossings: Vec::new(),
+            work: Work::default(),
         })
         .collect()
+}
+
+/// A slice that is handed out from its front.
+struct Cut<'a, V>(&'a mut [V]);
+
+impl<'a, V> Cut<'a, V> {
+    fn new(all: &'a mut [V]) -> Self {
+        Self(all)
+    }
+    fn take(&mut self, n: usize) -> &'a mut [V] {
+        let (front, rest) = std::mem::take(&mut self.0).split_at_mut(n);
+        self.0 = rest;
+        front
+    }
 }

@@ -1,18 +1,28 @@
 //! The loop around every tracer: tiles of rays sampled together, counters, budgets, ends.
 //!
 //! The rays of a tile step together: all samples asked for are evaluated in one batch, finished rays
-//! leave. Guarded steppers go a pack at a time ([`swarm`]), other walks ray by ray ([`wave`]). A ray's
+//! leave. Guarded steppers go a pack at a time ([`swarm`]), along shortened programs where that pays
+//! ([`cells`]); other walks go ray by ray ([`wave`]). A ray's
 //! result depends on nothing but the ray, so tiles may run on any thread. Twin: the GPU's march.
 //! Law: steps equal the evaluations the field saw; same bits for any thread count.
 
+mod beam;
+mod cells;
 mod columns;
+mod order;
 mod refine;
 mod swarm;
 mod wave;
+mod worker;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Field, Hits, Limits, Rays, Real, Scalar, contract::check_spans, eval::Native, pool,
+    Control, Field, Hits, Limits, Prune, Rays, Real, Scalar,
+    contract::{Work, check_spans},
+    eval::Native,
+    pool,
 };
 
 use crate::{
@@ -23,9 +33,14 @@ use crate::{
     },
 };
 use columns::Columns;
+use order::Order;
+use worker::Worker;
 
 /// Rays that step together.
 pub const TILE: usize = 1024;
+/// Operations from which on automatic pruning steps over empty cells, or shortens programs.
+const WORTH_SKIPPING: u64 = 2;
+const WORTH_SHORTENING: u64 = 100;
 
 /// One ray, direction of unit length.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +55,14 @@ pub struct Ray<T> {
 pub trait Source<T>: Sync {
     fn count(&self) -> usize;
     fn ray(&self, i: usize) -> Ray<T>;
+    /// Rays of a row, where they are a picture row by row.
+    fn width(&self) -> Option<usize> {
+        None
+    }
+    /// The ray at a place of the picture.
+    fn at(&self, x: usize, y: usize) -> Ray<T> {
+        self.ray(y * self.width().unwrap_or(0) + x)
+    }
 }
 
 impl<T: Scalar> Source<T> for Rays<'_, T> {
@@ -128,28 +151,70 @@ impl<T: Native> Job<'_, T> {
         Threshold { eps: T::of(self.limits.eps), cone: T::of(self.limits.cone) }
     }
 
+    /// What is pruned: nothing where that would cost more than it saves.
+    fn prune(&self) -> Prune {
+        let Some(pruner) = self.field.pruner() else { return Prune::Off };
+        match self.limits.prune {
+            Prune::Auto { skip: true } if self.field.ops() >= WORTH_SKIPPING => Prune::Skip,
+            Prune::Auto { skip: false } if pruner.has_choices() && self.field.ops() >= WORTH_SHORTENING => {
+                Prune::Exact
+            }
+            Prune::Auto { .. } => Prune::Off,
+            asked => asked,
+        }
+    }
+
     /// Guarded steppers.
     fn steps<R: Rule<T::Lanes>>(&self, rule: R) -> Result<Hits<T>, TraceError> {
-        self.tiles(swarm::Worker::new, |worker, first, out| worker.tile(self, rule, first, out))
+        let prune = self.prune();
+        let memory = || Worker::new(prune == Prune::Skip, &self.threshold());
+        let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
+        let Some(pruner) = pruner else {
+            let starts = self.in_line();
+            let run = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| worker.tile(self, rule, starts[tile], out);
+            return Ok(self.tiles(&starts, memory, run)?.0);
+        };
+        let order = Order::new(self.rays);
+        let (mut hits, workers) = self.tiles(order.starts(), memory, |worker, block, out| {
+            worker.block(self, pruner, rule, (&order, block), out);
+        })?;
+        order.restore(&mut hits);
+        hits.work.prune = prune;
+        hits.work.arena_bytes = workers.iter().map(Worker::arena_bytes).sum();
+        Ok(hits)
     }
 
     /// Any other walk.
     fn walks<W: Walk<T>>(&self, walk: &W) -> Result<Hits<T>, TraceError> {
-        self.tiles(wave::Wave::<T, W>::new, |wave, first, out| wave.tile(self, walk, first, out))
+        let starts = self.in_line();
+        let run =
+            |wave: &mut wave::Wave<T, W>, tile: usize, out: &mut Columns<T>| wave.tile(self, walk, starts[tile], out);
+        Ok(self.tiles(&starts, wave::Wave::new, run)?.0)
     }
 
-    /// Runs tiles of rays on the pool, each worker with a memory of its own.
+    /// Tiles of consecutive rays.
+    fn in_line(&self) -> Vec<usize> {
+        let n = self.rays.count();
+        (0..n).step_by(TILE).chain([n]).collect()
+    }
+
+    /// Runs tiles of rays on the pool. A tile takes a memory that no other uses; there are as many as threads.
     fn tiles<M: Send>(
         &self,
+        starts: &[usize],
         memory: impl Fn() -> M + Send + Sync,
-        tile: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
-    ) -> Result<Hits<T>, TraceError> {
+        run: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
+    ) -> Result<(Hits<T>, Vec<M>), TraceError> {
+        let memories = Mutex::new(Vec::new());
         let mut hits = columns::blank::<T>(self.rays.count());
-        let mut tiles = columns::split(&mut hits, TILE);
+        let mut tiles = columns::split(&mut hits, starts);
         let work = || {
-            tiles.par_iter_mut().enumerate().for_each_init(&memory, |memory, (i, out)| {
+            tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
                 if !self.control.is_cancelled() {
-                    tile(memory, i * TILE, out);
+                    let free = lock(&memories).pop();
+                    let mut own = free.unwrap_or_else(&memory);
+                    run(&mut own, tile, out);
+                    lock(&memories).push(own);
                     self.control.advance(out.len() as u64);
                 }
             });
@@ -158,7 +223,17 @@ impl<T: Native> Job<'_, T> {
         if self.control.is_cancelled() {
             return Err(TraceError::Cancelled);
         }
-        hits.threshold = tiles.iter().map(|out| out.threshold).fold(T::of(0.0), Real::max);
-        Ok(hits)
+        let (mut threshold, mut work) = (T::of(0.0), Work::default());
+        for out in &tiles {
+            threshold = Real::max(threshold, out.threshold);
+            work.join(&out.work);
+        }
+        (hits.threshold, hits.work) = (threshold, work);
+        Ok((hits, memories.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
+}
+
+/// A panic elsewhere has its own report.
+fn lock<V>(of: &Mutex<V>) -> MutexGuard<'_, V> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -9,14 +9,15 @@ use super::{
     swarm::{Crossing, Sink},
 };
 
-/// Refines every crossing; each evaluation is a step of its ray.
+/// Refines every crossing; each evaluation is a step of its ray. Gives their number.
 pub fn refine<T: Native>(
     field: &dyn Field<T>,
     scratch: &mut Scratch<T>,
     limit: &Threshold<T>,
     mut crossings: Vec<Crossing<T>>,
     sink: &mut impl Sink<T>,
-) {
+) -> u64 {
+    let mut points = 0;
     let mut more = |c: &mut Crossing<T>, narrowed: bool| {
         let guess = c.bracket.guess().filter(|_| narrowed && !c.tally.spent());
         if guess.is_none() {
@@ -36,6 +37,7 @@ pub fn refine<T: Native>(
         }
         r.resize(crossings.len(), T::of(0.0));
         field.eval(scratch, [&p[0], &p[1], &p[2]], &mut r);
+        points += r.len() as u64;
         let mut next = Vec::new();
         let mut i = 0;
         crossings.retain_mut(|c| {
@@ -49,4 +51,5 @@ pub fn refine<T: Native>(
         });
         asks = next;
     }
+    points
 }

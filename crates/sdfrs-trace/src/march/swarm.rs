@@ -4,12 +4,12 @@
 //! move up. Law: a ray's result depends on nothing but the ray (tests/laws, any tile, any thread count).
 
 use sdfrs_core::{
-    Real, Scratch, Status,
+    Real, Status,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
     eval::{Kernel, Lanes as Pack, Native, vectorise},
 };
 
-use super::{Job, Ray, Threshold, columns::Columns, refine::refine};
+use super::{Ray, Threshold};
 use crate::tracer::{
     guarded::{Bracket, Lanes, Rule, Samples, code, step},
     walk::Tally,
@@ -33,15 +33,17 @@ pub struct Swarm<T> {
     ratios: Vec<T>,
     witness: Vec<T>,
     /// 1 for a ray under way, 0 for an empty lane.
-    pub live: Vec<T>,
+    live: Vec<T>,
+    /// The nearest sample asked for in each pack.
+    near: Vec<T>,
     steps: Vec<u32>,
     fallbacks: Vec<u32>,
     accepted: Vec<u32>,
     /// The ray's number within the tile.
     id: Vec<u32>,
     alive: usize,
-    /// Most evaluations of any ray so far.
-    most_steps: u32,
+    /// Lanes to keep, while ranks are closed.
+    keep: Vec<u32>,
 }
 
 /// A surface that a safe step went through, to be refined when the others are done.
@@ -68,37 +70,46 @@ pub struct Picked {
 }
 
 impl<T: Native> Swarm<T> {
-    const WIDTH: usize = T::Lanes::WIDTH;
+    pub const WIDTH: usize = T::Lanes::WIDTH;
 
     pub fn clear(&mut self) {
         self.each(|column| column.clear());
         for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
             counts.clear();
         }
-        (self.alive, self.most_steps) = (0, 0);
+        self.alive = 0;
     }
 
-    /// A ray more, standing at its start.
+    /// A ray more.
+    #[inline]
     pub fn push(&mut self, ray: &Ray<T>, id: u32) {
-        let zero = T::of(0.0);
         for a in 0..3 {
             self.origin[a].push(ray.origin[a]);
             self.direction[a].push(ray.direction[a]);
         }
-        let values = [ray.t_max, ray.t_min, ray.t_min, zero, zero, T::of(-1.0), zero, zero, T::of(1.0)];
-        for (column, v) in self.own().into_iter().zip(values) {
-            column.push(v);
+        self.t_max.push(ray.t_max);
+        self.ask.push(ray.t_min);
+        self.id.push(id);
+    }
+
+    /// All rays stand at their starts.
+    pub fn start(&mut self) {
+        let (n, zero) = (self.id.len(), T::of(0.0));
+        self.alive = n;
+        self.t.extend_from_slice(&self.ask);
+        for column in [&mut self.r, &mut self.z, &mut self.ratios, &mut self.witness] {
+            column.resize(n, zero);
         }
-        for (counts, v) in
-            [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id].into_iter().zip([0, 0, 0, id])
-        {
-            counts.push(v);
+        self.m.resize(n, T::of(-1.0));
+        self.live.resize(n, T::of(1.0));
+        for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted] {
+            counts.resize(n, 0);
         }
-        self.alive += 1;
+        self.pad();
     }
 
     /// Fills the last pack with switched off copies of the last ray.
-    pub fn pad(&mut self) {
+    fn pad(&mut self) {
         let n = self.live.len();
         let to = n.next_multiple_of(Self::WIDTH);
         self.each(|column| {
@@ -106,16 +117,16 @@ impl<T: Native> Swarm<T> {
             column.resize(to, last);
         });
         self.live[n..].fill(T::of(0.0));
+        self.ask[n..].fill(T::INFINITY);
         for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
             counts.resize(to, 0);
         }
+        self.near.clear();
+        self.near.extend(self.ask.chunks(Self::WIDTH).map(|pack| pack.iter().copied().fold(T::INFINITY, T::min)));
     }
 
     pub fn alive(&self) -> usize {
         self.alive
-    }
-    pub fn packs(&self) -> usize {
-        self.live.len() / Self::WIDTH
     }
 
     fn own(&mut self) -> [&mut Vec<T>; 9] {
@@ -144,7 +155,7 @@ impl<T: Native> Swarm<T> {
         vectorise(Points { swarm: self, picked, p });
     }
 
-    /// Takes the field at those points in, for rays that ask at `until` or before; ended rays go to the sink.
+    /// Takes the field at those points in, for rays that ask before `until`; ended rays go to the sink.
     #[allow(clippy::too_many_arguments)] // columns and limits of one call from one place
     pub fn step<R: Rule<T::Lanes>>(
         &mut self,
@@ -156,9 +167,29 @@ impl<T: Native> Swarm<T> {
         until: T,
         sink: &mut impl Sink<T>,
     ) {
-        self.most_steps += 1;
-        let check = self.most_steps >= max_steps;
-        vectorise(Step { swarm: self, rule, limit, max_steps, check, picked, p, r, until, sink });
+        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, sink });
+        self.tidy();
+    }
+
+    /// The nearest sample asked for; infinite where no ray is under way.
+    pub fn nearest(&self) -> T {
+        self.near.iter().copied().fold(T::INFINITY, T::min)
+    }
+
+    /// The packs in which a ray asks for a sample before `until`.
+    pub fn pick(&self, until: T, picked: &mut Picked) {
+        picked.packs.clear();
+        picked.packs.extend((0u32..).zip(&self.near).filter(|(_, near)| **near < until).map(|(i, _)| i));
+    }
+
+    /// Rays that ask for a sample before `to` start anew there: nothing lies in between.
+    pub fn jump(&mut self, to: T, sink: &mut impl Sink<T>) {
+        vectorise(Jump { swarm: self, to, sink });
+        self.tidy();
+    }
+
+    /// Closes the ranks once a quarter of the lanes is empty.
+    fn tidy(&mut self) {
         if self.alive * 4 < self.live.len() * 3 {
             self.close_ranks();
         }
@@ -167,8 +198,9 @@ impl<T: Native> Swarm<T> {
     /// Rays under way move up into the lanes of those that have ended.
     fn close_ranks(&mut self) {
         let half = T::of(0.5);
-        let keep: Vec<u32> =
-            (0..self.live.len()).filter(|&i| half < self.live[i]).map(|i| i as u32).collect();
+        let mut keep = std::mem::take(&mut self.keep);
+        keep.clear();
+        keep.extend((0u32..).zip(&self.live).filter(|(_, live)| half < **live).map(|(i, _)| i));
         fn take<V: Copy>(column: &mut Vec<V>, keep: &[u32]) {
             for (to, &from) in keep.iter().enumerate() {
                 column[to] = column[from as usize];
@@ -179,6 +211,7 @@ impl<T: Native> Swarm<T> {
         for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
             take(counts, &keep);
         }
+        self.keep = keep;
         self.pad();
     }
 
@@ -198,46 +231,56 @@ impl<T: Native> Swarm<T> {
     }
 }
 
-/// What a worker keeps from tile to tile.
-pub struct Worker<T: Native> {
-    scratch: Scratch<T>,
-    swarm: Swarm<T>,
-    picked: Picked,
-    p: [Vec<T>; 3],
-    r: Vec<T>,
+struct Jump<'a, T, S> {
+    swarm: &'a mut Swarm<T>,
+    to: T,
+    sink: &'a mut S,
 }
 
-impl<T: Native> Worker<T> {
-    pub fn new() -> Self {
-        Self {
-            scratch: Scratch::new(),
-            swarm: Swarm::default(),
-            picked: Picked::default(),
-            p: Default::default(),
-            r: Vec::new(),
+impl<T: Native, S: Sink<T>> Kernel for Jump<'_, T, S> {
+    #[inline(always)]
+    fn run(self) {
+        let (w, zero) = (T::Lanes::WIDTH, T::Lanes::c(0.0));
+        let to = T::Lanes::splat(self.to);
+        for pack in 0..self.swarm.near.len() {
+            if !(self.swarm.near[pack] < self.to) {
+                continue;
+            }
+            let sw = &mut *self.swarm;
+            let lanes = pack * w..(pack + 1) * w;
+            let ask = T::Lanes::load(&sw.ask[lanes.clone()]);
+            let fresh = [
+                (&mut sw.ask, to),
+                (&mut sw.t, to),
+                (&mut sw.r, zero),
+                (&mut sw.z, zero),
+                (&mut sw.m, T::Lanes::c(-1.0)),
+            ];
+            for (column, value) in fresh {
+                let column = &mut column[lanes.clone()];
+                T::Lanes::select_lt(ask, to, value, T::Lanes::load(column)).store(column);
+            }
+            let mut near = T::INFINITY;
+            for lane in lanes {
+                if self.swarm.ask[lane] >= self.swarm.t_max[lane] && self.swarm.ask[lane] == self.to {
+                    self.swarm.pass(lane, self.sink);
+                }
+                near = near.min(self.swarm.ask[lane]);
+            }
+            self.swarm.near[pack] = near;
         }
     }
+}
 
-    /// Walks the rays from `first` on to their ends.
-    pub fn tile<R: Rule<T::Lanes>>(&mut self, job: &Job<T>, rule: R, first: usize, out: &mut Columns<T>) {
-        let Self { scratch, swarm, picked, p, r } = self;
-        swarm.clear();
-        for k in 0..out.len() {
-            swarm.push(&job.rays.ray(first + k), k as u32);
-        }
-        swarm.pad();
-        let limit = job.threshold();
-        while swarm.alive() > 0 && !job.control.is_cancelled() {
-            picked.packs.clear();
-            picked.packs.extend(0..swarm.packs() as u32);
-            swarm.points(picked, p);
-            let n = swarm.packs() * Swarm::<T>::WIDTH;
-            r.resize(r.len().max(n), T::of(0.0));
-            job.field.eval(scratch, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut r[..n]);
-            swarm.step(rule, &limit, job.limits.max_steps, picked, (p, r), T::INFINITY, out);
-        }
-        let crossings = std::mem::take(&mut out.crossings);
-        refine(job.field, scratch, &limit, crossings, out);
+impl<T: Native> Swarm<T> {
+    /// The ray in a lane has passed everything.
+    #[inline(never)]
+    fn pass(&mut self, lane: usize, sink: &mut impl Sink<T>) {
+        (self.live[lane], self.ask[lane]) = (T::of(0.0), T::INFINITY);
+        self.alive -= 1;
+        let mut tally = self.tally(lane, 0);
+        tally.r = T::INFINITY;
+        sink.end(self.id[lane], Status::Miss, &tally, T::of(0.0));
     }
 }
 
@@ -267,8 +310,6 @@ struct Step<'a, T: Native, R, S> {
     rule: R,
     limit: &'a Threshold<T>,
     max_steps: u32,
-    /// Whether some ray may have spent its budget.
-    check: bool,
     picked: &'a Picked,
     p: &'a [Vec<T>; 3],
     r: &'a [T],
@@ -293,7 +334,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
         let at = |column: &Vec<T>| T::Lanes::load(&column[i..i + w]);
         let sw = &mut *self.swarm;
         let (t, t_max) = (at(&sw.ask), at(&sw.t_max));
-        let near = T::Lanes::select_lt(T::Lanes::splat(self.until), t, T::Lanes::c(0.0), T::Lanes::c(1.0));
+        let near = T::Lanes::select_lt(t, T::Lanes::splat(self.until), T::Lanes::c(1.0), T::Lanes::c(0.0));
         let on = at(&sw.live) * near;
         let p: [T::Lanes; 3] = std::array::from_fn(|a| T::Lanes::load(&self.p[a][j..j + w]));
         let scale = t.abs().max(p[0].abs()).max(p[1].abs()).max(p[2].abs());
@@ -328,14 +369,21 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
         verdict.accepted.store(&mut flags[1]);
         verdict.fallback.store(&mut flags[2]);
         let half = T::of(0.5);
-        for (counts, flags) in [&mut sw.steps, &mut sw.accepted, &mut sw.fallbacks].into_iter().zip(&flags) {
+        for (counts, flags) in [&mut sw.accepted, &mut sw.fallbacks].into_iter().zip(&flags[1..]) {
             for (n, flag) in counts[i..i + w].iter_mut().zip(flags) {
                 *n += u32::from(half < *flag);
             }
         }
-        if self.check || T::Lanes::any_lt(T::Lanes::c(0.5), verdict.code) {
+        let mut spent = false;
+        for (n, flag) in sw.steps[i..i + w].iter_mut().zip(&flags[0]) {
+            *n += u32::from(half < *flag);
+            spent |= *n >= self.max_steps;
+        }
+        if spent || T::Lanes::any_lt(T::Lanes::c(0.5), verdict.code) {
             self.ends(i, &samples, asked, on, verdict.code);
         }
+        let asks = &self.swarm.ask[i..i + w];
+        self.swarm.near[i / w] = asks.iter().fold(T::INFINITY, |near, t| near.min(*t));
     }
 
     /// Rays of a pack that end here, lane by lane.
@@ -359,7 +407,8 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
 
     fn end(&mut self, lane: usize, code: f64, (t, r): (T, T), (e, asked): (T, T)) {
         let sw = &mut *self.swarm;
-        sw.live[lane] = T::of(0.0);
+        // An empty lane asks for a sample where no scene is.
+        (sw.live[lane], sw.ask[lane]) = (T::of(0.0), T::INFINITY);
         sw.alive -= 1;
         let id = sw.id[lane];
         let mut tally = sw.tally(lane, 0);

@@ -54,6 +54,7 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
         self.begin(job, walk, first, out.len());
         while !self.active.is_empty() && !job.control.is_cancelled() {
             self.sample(job);
+            out.work.add(job.field.ops(), self.active.len() as u64);
             let mut kept = 0;
             for i in 0..self.active.len() {
                 let k = self.active[i] as usize;

@@ -1,9 +1,9 @@
-use sdfrs_core::{Rays, Value};
+use sdfrs_core::{Prune, Rays, Value};
 
 use super::*;
 use crate::camera::Kind;
 
-const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 1000 };
+const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 1000, prune: Prune::Off };
 
 fn sphere() -> Shape {
     Shape::build("sphere", vec![("radius".into(), Value::Num(1.0))], vec![]).unwrap()

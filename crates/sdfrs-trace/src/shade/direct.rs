@@ -10,7 +10,7 @@ use sdfrs_core::{Scalar, SceneError, Status, math::Math};
 
 /// Light that reaches every point of a surface, and the share left for the lamps.
 const AMBIENT: f64 = 0.15;
-const DIRECT: f64 = 0.85;
+pub const DIRECT: f64 = 0.85;
 /// Pixels on which the field was not a number.
 const INVALID_RGB: [u8; 3] = [255, 0, 255];
 

@@ -6,7 +6,7 @@
 
 use sdfrs_core::{
     Hits, Scalar, Status,
-    contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
+    contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION, Work},
 };
 
 /// Counts of one trace; zeros where there were no rays.
@@ -32,8 +32,16 @@ pub struct Summary {
     pub fallbacks: u64,
     /// Field evaluations: the sum of the steps.
     pub evaluations: u64,
-    /// Instructions run for them.
+    /// Operations times points, of programs and of the probes that shortened them.
     pub node_evaluations: u64,
+    /// What pruning was in use.
+    pub prune: &'static str,
+    /// Operations of the program that an evaluation ran.
+    pub mean_ops: f64,
+    pub p50_ops: u64,
+    pub p99_ops: u64,
+    /// Bytes that the pruner kept.
+    pub arena_bytes: u64,
     pub seconds: f64,
     /// Steepest slope seen along a ray, in units of the declared bound: above 1.01 it was too small.
     pub witness: f64,
@@ -42,8 +50,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// `nodes` instructions run per evaluation of a field whose declared bound is `lipschitz`.
-    pub fn of<T: Scalar>(hits: &Hits<T>, seconds: f64, lipschitz: f64, nodes: u64) -> Self {
+    /// Of a field whose declared bound is `lipschitz`.
+    pub fn of<T: Scalar>(hits: &Hits<T>, seconds: f64, lipschitz: f64) -> Self {
         let status = |s: Status| count(&hits.status, |v| v == s as u8);
         let flag = |bit: u8| count(&hits.flags, |v| v & bit != 0);
         let sum = |v: &[u32]| v.iter().map(|&n| u64::from(n)).sum::<u64>();
@@ -67,12 +75,38 @@ impl Summary {
             max_steps: percentile(&mut steps, 100),
             fallbacks: sum(&hits.fallbacks),
             evaluations,
-            node_evaluations: evaluations.saturating_mul(nodes),
+            node_evaluations: hits.work.node_evaluations,
+            prune: hits.work.prune.name(),
+            mean_ops: mean_length(&hits.work),
+            p50_ops: length(&hits.work, 50),
+            p99_ops: length(&hits.work, 99),
+            arena_bytes: hits.work.arena_bytes,
             seconds,
             witness,
             lipschitz_observed: witness * lipschitz,
         }
     }
+}
+
+/// Mean length of the programs that evaluations ran.
+fn mean_length(work: &Work) -> f64 {
+    let n: u64 = work.lengths.values().sum();
+    let all: f64 = work.lengths.iter().map(|(ops, n)| *ops as f64 * *n as f64).sum();
+    if n == 0 { 0.0 } else { all / n as f64 }
+}
+
+/// Nearest-rank percentile of those lengths.
+fn length(work: &Work, percent: u64) -> u64 {
+    let all: u64 = work.lengths.values().sum();
+    let rank = (u128::from(all) * u128::from(percent)).div_ceil(100);
+    let mut seen = 0;
+    for (ops, n) in &work.lengths {
+        seen += u128::from(*n);
+        if seen >= rank {
+            return *ops;
+        }
+    }
+    0
 }
 
 /// Rays still active after `n` steps, for `n` from 0 to the largest count.
@@ -105,6 +139,10 @@ fn percentile(values: &mut [u32], percent: u64) -> u32 {
 mod tests {
     use super::*;
 
+    fn work() -> Work {
+        Work { node_evaluations: 310, lengths: [(5, 10), (13, 20)].into(), ..Work::default() }
+    }
+
     fn hits(steps: Vec<u32>) -> Hits<f64> {
         let n = steps.len();
         Hits {
@@ -116,18 +154,20 @@ mod tests {
             witness: (0..n).map(|i| if i == 1 { f64::NAN } else { i as f64 / 100.0 }).collect(),
             flags: (0..n).map(|i| (i % 8) as u8).collect(),
             threshold: 0.0,
+            work: work(),
             steps,
         }
     }
 
     #[test]
     fn counts_by_hand() {
-        let s = Summary::of(&hits(vec![5, 1, 9, 1, 3, 2, 2, 8]), 0.5, 2.0, 10);
+        let s = Summary::of(&hits(vec![5, 1, 9, 1, 3, 2, 2, 8]), 0.5, 2.0);
         assert_eq!((s.rays, s.hits, s.misses, s.out_of_steps, s.invalid), (8, 2, 2, 2, 2));
         assert_eq!((s.inside, s.crossings, s.precision_limited), (4, 4, 4));
         assert_eq!((s.mean_steps, s.p50_steps, s.p99_steps, s.max_steps), (31.0 / 8.0, 2, 9, 9));
         assert_eq!((s.fallbacks, s.evaluations, s.node_evaluations), (16, 31, 310));
         assert_eq!((s.witness, s.lipschitz_observed), (0.07, 0.14));
+        assert_eq!((s.prune, s.mean_ops, s.p50_ops, s.p99_ops), ("off", 310.0 / 30.0, 13, 13));
     }
 
     #[test]
@@ -136,7 +176,7 @@ mod tests {
             let steps: Vec<u32> = (0..n).map(|i| i.wrapping_mul(2_654_435_761) >> 20).collect();
             let mut sorted = steps.clone();
             sorted.sort_unstable();
-            let s = Summary::of(&hits(steps), 0.0, 1.0, 1);
+            let s = Summary::of(&hits(steps), 0.0, 1.0);
             let at = |q: u32| sorted[((n * q).div_ceil(100) - 1) as usize];
             assert_eq!((s.p50_steps, s.p99_steps, s.max_steps), (at(50), at(99), at(100)));
         }
@@ -144,8 +184,8 @@ mod tests {
 
     #[test]
     fn no_rays_give_zeros() {
-        let s = Summary::of(&hits(vec![]), 0.0, 1.0, 1);
-        assert_eq!(s, Summary::default());
+        let s = Summary::of(&Hits { work: Work::default(), ..hits(vec![]) }, 0.0, 1.0);
+        assert_eq!(s, Summary { prune: "off", ..Summary::default() });
         assert_eq!(active_rays(&[]), [0]);
     }
 

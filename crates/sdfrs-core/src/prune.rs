@@ -1,0 +1,386 @@
+//! Model only what a scene requires: inside a ball most operands of a union cannot win, and go.
+//!
+//! One evaluation at the ball's centre decides, 16 balls at a time. Where two operands of a minimum
+//! differ by more than their slopes can make up within the radius, the larger one is dropped; a smooth
+//! minimum is its smaller operand, to the bit, once they differ by its radius more. Values inside the
+//! ball keep their bits (law: crates/sdfrs-trace/tests/prune.rs), so steps and fallbacks do. Slopes come
+//! from [`Graph::known`]; operands without one are kept. Probes run in f32 whatever the trace's precision
+//! is: what they leave open is kept. Source: NUMERICS 2, EVALUATOR.md section 3.
+
+use std::sync::Arc;
+
+use crate::{
+    eval::{Native, Program, Scratch},
+    fuse,
+    graph::{Graph, INPUTS},
+    grid::Grid,
+    op::{Ins, Op},
+    tape::{Tape, order},
+};
+
+/// Balls probed at a time.
+pub const CELLS: usize = 16;
+/// Rounding of the values compared, in units of the last place of the largest number in their arithmetic.
+const ROUNDING: f32 = 1024.0;
+/// Part of the radius kept as a margin.
+const MARGIN: f32 = 1e-3;
+
+type Grids = Arc<[Arc<Grid>]>;
+
+/// A ball in world units.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cell {
+    pub centre: [f32; 3],
+    pub radius: f32,
+}
+
+/// What is known of an instruction's value.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    slope: f32,
+    size: f32,
+    everywhere: bool,
+}
+
+impl Known {
+    /// What rounding may add to or take from a value in a cell.
+    fn noise(&self, centre: [f32; 3], radius: f32) -> f32 {
+        let far = centre.iter().fold(radius, |most, c| most.max(c.abs() + radius));
+        ROUNDING * f32::EPSILON * (self.size + (1.0 + self.slope) * far)
+    }
+}
+
+/// A program in which every instruction keeps a slot of its own, its number behind the point's coordinates:
+/// a scene, or what is left of it in a ball.
+#[derive(Debug)]
+pub struct Part {
+    ins: Vec<Ins>,
+    consts: Vec<f64>,
+    known: Vec<Known>,
+    root: u32,
+    /// The same, to be probed.
+    tape: Tape<f32>,
+}
+
+/// A scene whose programs can be shortened place by place.
+#[derive(Debug)]
+pub struct Pruner {
+    whole: Part,
+    grids: Grids,
+}
+
+impl Pruner {
+    /// None where nothing could ever be dropped or skipped.
+    pub fn new(graph: &Graph) -> Option<Self> {
+        if !graph.known(graph.root).slope.is_finite() {
+            return None;
+        }
+        let fused = fuse::fuse(graph, false);
+        let order = fuse::arrange(&fused, &order(&fused));
+        let mut slot_of = vec![u32::MAX; fused.nodes.len() + INPUTS as usize];
+        for i in 0..INPUTS {
+            slot_of[i as usize] = i;
+        }
+        let mut whole = Part::blank();
+        for (at, &id) in order.iter().enumerate() {
+            let node = fused.node(id)?;
+            let d = at as u32 + INPUTS;
+            slot_of[id as usize] = d;
+            let mut a = [0; 4];
+            for (slot, operand) in a.iter_mut().zip(&node.a[..node.op.arity()]) {
+                *slot = slot_of[*operand as usize];
+            }
+            let known = graph.known(id);
+            whole.known.push(Known {
+                slope: up(known.slope),
+                size: up(known.size),
+                everywhere: known.everywhere,
+            });
+            whole.ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
+        }
+        whole.consts.clone_from(&fused.consts);
+        whole.root = slot_of[graph.root as usize];
+        let grids: Grids = graph.grids.clone().into();
+        whole.close(&grids);
+        Some(Self { whole, grids })
+    }
+
+    pub fn whole(&self) -> &Part {
+        &self.whole
+    }
+    /// Whether operands can be dropped at all; otherwise only empty cells are found.
+    pub fn has_choices(&self) -> bool {
+        self.whole.ins.iter().any(|i| matches!(i.op, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::SphereUnion))
+    }
+
+    /// A part as a program for points inside its ball, written over an old one.
+    pub fn program<T: Native>(&self, part: &Part, memory: &mut Memory, to: &mut Program<T>) {
+        to.rewrite(&self.grids, |ins, consts| part.assemble(memory, ins, consts));
+    }
+}
+
+/// Rounded up to f32.
+fn up(v: f64) -> f32 {
+    (v as f32) * (1.0 + 2.0 * f32::EPSILON)
+}
+
+impl Part {
+    pub fn blank() -> Self {
+        Self { ins: Vec::new(), consts: Vec::new(), known: Vec::new(), root: 0, tape: Tape::blank() }
+    }
+    /// Operations for a point.
+    pub fn ops(&self) -> u64 {
+        self.tape.ops()
+    }
+    pub fn bytes(&self) -> usize {
+        self.ins.capacity() * size_of::<Ins>()
+            + self.consts.capacity() * size_of::<f64>()
+            + self.known.capacity() * size_of::<Known>()
+            + self.tape.bytes()
+    }
+
+    fn known_of(&self, slot: u32) -> Known {
+        match slot.checked_sub(INPUTS) {
+            Some(i) => self.known[i as usize],
+            None => Known { slope: 1.0, size: 0.0, everywhere: true },
+        }
+    }
+
+    fn clear(&mut self) {
+        self.ins.clear();
+        self.consts.clear();
+        self.known.clear();
+    }
+
+    /// Makes the program to be probed from the instructions.
+    fn close(&mut self, grids: &Grids) {
+        let Self { ins, consts, root, tape, .. } = self;
+        tape.rewrite(grids, |to, single| {
+            to.extend_from_slice(ins);
+            single.extend(consts.iter().map(|v| *v as f32));
+            (ins.len() as u32 + INPUTS, *root)
+        });
+    }
+
+    /// Slots given out anew, so that few are needed.
+    fn assemble<T: Native>(&self, memory: &mut Memory, ins: &mut Vec<Ins>, consts: &mut Vec<T>) -> (u32, u32) {
+        let Memory { last, slot_of, free, .. } = memory;
+        last.clear();
+        last.resize(self.ins.len() + INPUTS as usize, u32::MAX);
+        for (i, one) in self.ins.iter().enumerate() {
+            for a in &one.a[..one.op.arity()] {
+                last[*a as usize] = i as u32;
+            }
+        }
+        last[self.root as usize] = u32::MAX;
+        slot_of.clear();
+        slot_of.extend(0..INPUTS);
+        free.clear();
+        let mut slots = INPUTS;
+        for (i, one) in self.ins.iter().enumerate() {
+            let mut to = *one;
+            for (slot, a) in to.a.iter_mut().zip(&one.a[..one.op.arity()]) {
+                *slot = slot_of[*a as usize];
+            }
+            for (n, a) in one.a[..one.op.arity()].iter().enumerate().rev() {
+                // The first operand last, so that chains of joins stay in its slot. Given back once, and never a coordinate's: every chunk fills those afresh.
+                let again = one.a[..n].contains(a);
+                if *a >= INPUTS && last[*a as usize] == i as u32 && !again {
+                    free.push(slot_of[*a as usize]);
+                }
+            }
+            to.d = free.pop().unwrap_or_else(|| {
+                slots += 1;
+                slots - 1
+            });
+            slot_of.push(to.d);
+            ins.push(to);
+        }
+        consts.extend(self.consts.iter().map(|v| T::of(*v)));
+        (slots, slot_of[self.root as usize])
+    }
+}
+
+/// What writing programs needs, kept from one to the next.
+#[derive(Debug, Default)]
+pub struct Memory {
+    last: Vec<u32>,
+    slot_of: Vec<u32>,
+    free: Vec<u32>,
+    live: Vec<bool>,
+    /// The operand that an instruction always equals here.
+    same: Vec<u32>,
+    /// Whether a repetition jumps inside the ball.
+    broken: Vec<bool>,
+}
+
+/// A part evaluated at the centres of up to 16 balls.
+#[derive(Default)]
+pub struct Probe {
+    scratch: Scratch<f32>,
+    cells: [Cell; CELLS],
+    centres: [[f32; CELLS]; 3],
+    roots: [f32; CELLS],
+}
+
+impl Probe {
+    /// Evaluates a part at the centres of cells; those missing are as the last one.
+    pub fn look(&mut self, part: &Part, cells: &[Cell]) {
+        for i in 0..CELLS {
+            let Some(cell) = cells.get(i).or(cells.last()) else { return };
+            self.cells[i] = *cell;
+            for a in 0..3 {
+                self.centres[a][i] = cell.centre[a];
+            }
+        }
+        let p = [&self.centres[0][..], &self.centres[1], &self.centres[2]];
+        part.tape.run(&mut self.scratch, p, &mut self.roots);
+    }
+
+    /// How far around a cell's centre the field certainly stays above `e`; negative where that isn't known.
+    pub fn clear_radius(&self, part: &Part, cell: usize, e: f32) -> f32 {
+        let Cell { centre, radius } = self.cells[cell];
+        let known = part.known_of(part.root);
+        let clear = (self.roots[cell] - e - known.noise(centre, radius)) / (known.slope * (1.0 + MARGIN));
+        if clear > radius { clear } else { -1.0 }
+    }
+
+    fn slot(&self, part: &Part, slot: u32, cell: usize) -> f32 {
+        if slot == part.root {
+            return self.roots[cell];
+        }
+        match slot {
+            0..INPUTS => self.centres[slot as usize][cell],
+            _ => self.scratch.slot(slot as usize).0[cell],
+        }
+    }
+
+    /// How far a value inside a cell can be from the one at its centre.
+    fn deviation(&self, part: &Part, slot: u32, cell: usize, broken: bool) -> f32 {
+        let Cell { centre, radius } = self.cells[cell];
+        let known = part.known_of(slot);
+        if broken && !known.everywhere {
+            return f32::INFINITY;
+        }
+        known.slope * radius * (1.0 + MARGIN) + known.noise(centre, radius)
+    }
+
+    /// What is left of a part in a cell, written over an old one.
+    pub fn narrow(&self, pruner: &Pruner, part: &Part, cell: usize, memory: &mut Memory, to: &mut Part) {
+        self.find_jumps(part, cell, memory);
+        self.find_live(part, cell, memory);
+        to.clear();
+        let Memory { live, same, slot_of, broken, .. } = memory;
+        slot_of.clear();
+        slot_of.extend(0..INPUTS);
+        for (i, one) in part.ins.iter().enumerate() {
+            if !live[i + INPUTS as usize] {
+                slot_of.push(u32::MAX);
+                continue;
+            }
+            let winner = same[i + INPUTS as usize];
+            if winner != u32::MAX {
+                slot_of.push(slot_of[winner as usize]);
+                continue;
+            }
+            let d = to.ins.len() as u32 + INPUTS;
+            let mut new = Ins { d, k: to.consts.len() as u32, ..*one };
+            for a in &mut new.a[..one.op.arity()] {
+                *a = slot_of[*a as usize];
+            }
+            let consts = &part.consts[one.k as usize..(one.k + one.n) as usize];
+            if one.op == Op::SphereUnion && !broken[i + INPUTS as usize] {
+                self.near_spheres(part, i, cell, consts, &mut to.consts);
+                new.n = to.consts.len() as u32 - new.k;
+                if new.n == 4 {
+                    new.op = Op::Sphere;
+                }
+            } else {
+                to.consts.extend_from_slice(consts);
+            }
+            slot_of.push(d);
+            to.ins.push(new);
+            to.known.push(part.known[i]);
+        }
+        to.root = slot_of[part.root as usize];
+        to.close(&pruner.grids);
+    }
+
+    /// Values that may jump inside the cell: those of coordinates that a repetition folds there.
+    fn find_jumps(&self, part: &Part, cell: usize, memory: &mut Memory) {
+        let broken = &mut memory.broken;
+        broken.clear();
+        broken.resize(part.ins.len() + INPUTS as usize, false);
+        for (i, one) in part.ins.iter().enumerate() {
+            let mut jumps = one.a[..one.op.arity()].iter().any(|a| broken[*a as usize]);
+            if one.op == Op::Repeat {
+                let [period, off] = [0, 3].map(|k| part.consts[one.k as usize + k] as f32);
+                let x = self.slot(part, one.a[0], cell);
+                let reach = self.deviation(part, one.a[0], cell, jumps);
+                let q = (x - period * (x / period + 0.5).floor()).abs();
+                // A fold lies at every half period, and for the neighbours' copies at the cells' centres too.
+                jumps |= !(q + reach < 0.5 * period && (off == 0.0 || q > reach));
+            }
+            broken[i + INPUTS as usize] = jumps && !part.known[i].everywhere;
+        }
+    }
+
+    /// Marks what the root needs, and the choices that are decided.
+    fn find_live(&self, part: &Part, cell: usize, memory: &mut Memory) {
+        let Memory { live, same, broken, .. } = memory;
+        let n = part.ins.len() + INPUTS as usize;
+        live.clear();
+        live.resize(n, false);
+        same.clear();
+        same.resize(n, u32::MAX);
+        live[part.root as usize] = true;
+        for i in (0..part.ins.len()).rev() {
+            let (one, slot) = (&part.ins[i], i + INPUTS as usize);
+            if !live[slot] {
+                continue;
+            }
+            match self.winner(part, one, cell, broken) {
+                Some(winner) => {
+                    same[slot] = winner;
+                    live[winner as usize] = true;
+                }
+                None => one.a[..one.op.arity()].iter().for_each(|a| live[*a as usize] = true),
+            }
+        }
+    }
+
+    /// The operand that a choice always equals in the cell.
+    fn winner(&self, part: &Part, one: &Ins, cell: usize, broken: &[bool]) -> Option<u32> {
+        let (k, larger) = match one.op {
+            Op::Min => (0.0, false),
+            Op::Max => (0.0, true),
+            Op::Smin => (part.consts[one.k as usize] as f32, false),
+            Op::Smax => (part.consts[one.k as usize] as f32, true),
+            _ => return None,
+        };
+        let [a, b, ..] = one.a;
+        let gap = self.slot(part, a, cell) - self.slot(part, b, cell);
+        let near = k + self.deviation(part, a, cell, broken[a as usize])
+            + self.deviation(part, b, cell, broken[b as usize]);
+        (gap.abs() > near).then_some(if (gap < 0.0) != larger { a } else { b })
+    }
+
+    /// The spheres of a union that may be the nearest somewhere in the cell.
+    fn near_spheres(&self, part: &Part, i: usize, cell: usize, table: &[f64], to: &mut Vec<f64>) {
+        let one = &part.ins[i];
+        let [x, y, z] = [0, 1, 2].map(|a| self.slot(part, one.a[a], cell));
+        let near = self.slot(part, one.d, cell) + 2.0 * self.deviation(part, one.d, cell, false);
+        let from = to.len();
+        to.resize(from + table.len(), 0.0);
+        let mut end = from;
+        for s in table.chunks_exact(4) {
+            let (dx, dy, dz) = (x - s[0] as f32, y - s[1] as f32, z - s[2] as f32);
+            let far = near + s[3] as f32;
+            // Kept unless certainly farther; what is not a number is kept as well.
+            let gone = far >= 0.0 && dx * dx + dy * dy + dz * dz > far * far;
+            to[end..end + 4].copy_from_slice(s);
+            end += if gone { 0 } else { 4 };
+        }
+        to.truncate(end);
+    }
+}

@@ -1,0 +1,354 @@
+//! Rays through a scene: tiles of them, passes over the rays still active, dispatches of bounded cost.
+//!
+//! A pass reads the list of active rays and leaves the list of those that go on, so that neighbours in a
+//! workgroup are rays with work to do. Twin: `sdfrs_trace::march`. Laws (tests/): strict mode gives the bits
+//! of the CPU; the results depend on neither tiles nor passes nor the order of threads.
+
+use std::time::Instant;
+
+use sdfrs_core::{
+    Control, Hits, Limits, Rays, Shape, Status,
+    contract::check_spans,
+    graph::{Form, Graph},
+};
+use sdfrs_trace::{Tracer, march::Source};
+
+use crate::{
+    buffers::{self, Reader, Use},
+    contract::{Params, Ray, STATUS, Tally, View},
+    device::Device,
+    dispatch::{Course, Dispatcher, Ready, tell},
+    emit::{self, Emitted},
+    error::GpuError,
+    pipelines::{self, Binding, SCENE},
+    scene::Scene,
+    share::Shares,
+    tracer::{self, Parts},
+};
+
+/// Rays of a tile at most.
+const TILE: u64 = 1 << 20;
+/// Bytes of a buffer at most: what every adapter can bind.
+const BINDING: u64 = 128 << 20;
+/// What the host learns from every dispatch: rays kept, largest threshold.
+const ANSWER: u64 = 8;
+
+/// How the GPU computes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// Arithmetic in the order it is written: the bits of the CPU's f32 on drivers that round correctly.
+    pub strict: bool,
+}
+
+/// Where the rays of a call come from.
+pub enum From<'a> {
+    Host(&'a dyn Source<f32>),
+    /// Made by the GPU: axes, the end of every ray.
+    Camera(View, f32),
+}
+
+/// What a tile of rays came to, while it lies on the GPU.
+pub struct Traced<'a> {
+    pub params: Params,
+    pub uniform: &'a wgpu::Buffer,
+    pub rays: &'a wgpu::Buffer,
+    pub tallies: &'a wgpu::Buffer,
+}
+
+/// Traces a batch of rays (finite, unit length: see `contract::check_rays`).
+pub fn trace(
+    device: &Device,
+    shape: &Shape,
+    tracer: &Tracer,
+    rays: &Rays<f32>,
+    limits: &Limits,
+    settings: Settings,
+    control: &Control,
+) -> Result<(Hits<f32>, Course), GpuError> {
+    check_spans(rays.origins.len(), &rays.t_min, &rays.t_max, tracer.needs_finite_range())?;
+    let range = (0..rays.origins.len())
+        .map(|i| f64::from(rays.t_max.at(i)) - f64::from(rays.t_min.at(i)))
+        .fold(0.0, f64::max);
+    let scene = Compiled::new(device, shape, settings)?;
+    let job = Job::new(device, &scene, tracer, limits, range, &From::Host(rays), control)?;
+    job.run(rays.origins.len(), &From::Host(rays), None, |_, _, _| Ok(()))
+}
+
+/// A scene in the form that tracers walk, on a device.
+pub struct Compiled {
+    emitted: Emitted,
+    scene: Scene,
+}
+
+impl Compiled {
+    pub fn new(device: &Device, shape: &Shape, settings: Settings) -> Result<Self, GpuError> {
+        let emitted = emit::emit(&Graph::new(shape, Form::Walk)?, settings.strict)?;
+        let scene = Scene::new(device, &emitted)?;
+        Ok(Self { emitted, scene })
+    }
+
+    /// An entry point of the named modules over this scene, bound to the pass's own buffers.
+    pub fn ready(
+        &self,
+        device: &Device,
+        modules: &[&str],
+        entry: &str,
+        bindings: &[Binding],
+        buffers: &[&wgpu::Buffer],
+    ) -> Result<Ready, GpuError> {
+        let text = self.emitted.link(&texts(modules), entry)?;
+        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &SCENE])?;
+        let own = pipelines::bind(device, &pipeline, 0, buffers)?;
+        let groups = vec![own, self.scene.bind(device, &pipeline)?];
+        Ok(Ready { pipeline, groups })
+    }
+}
+
+/// The modules of a march, by name.
+pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
+    let common = ["contract", "number", source, "tracer/walk", "tracer/tally", "pass/lists", "pass/march"];
+    common.iter().chain(parts.modules).copied().collect()
+}
+
+/// The modules' texts by name.
+pub fn texts(modules: &[&str]) -> Vec<&'static str> {
+    let of = |name: &&str| sdfrs_shaders::ALL.iter().find(|m| m.name == *name);
+    // The linker names what is missing; a test links all combinations.
+    modules.iter().filter_map(of).map(|m| m.text).collect()
+}
+
+/// A tracer, compiled for a scene.
+pub struct Job<'a> {
+    device: &'a Device,
+    scene: &'a Compiled,
+    parts: Parts,
+    params: Params,
+    modules: Vec<&'static str>,
+    control: &'a Control,
+}
+
+/// The memory of a tile, and the pipelines bound to it.
+struct Memory {
+    uniform: wgpu::Buffer,
+    rays: wgpu::Buffer,
+    lists: wgpu::Buffer,
+    tallies: wgpu::Buffer,
+    begin: Ready,
+    pass: Ready,
+    answer: Reader,
+    results: Reader,
+}
+
+/// What every pass sees in group 0, in order: Params, rays, lists, walkers, tallies, stack.
+const GROUP: [Binding; 6] = [
+    Binding::Uniform,
+    Binding::Read,
+    Binding::ReadWrite,
+    Binding::ReadWrite,
+    Binding::ReadWrite,
+    Binding::ReadWrite,
+];
+
+impl<'a> Job<'a> {
+    pub fn new(
+        device: &'a Device,
+        scene: &'a Compiled,
+        tracer: &Tracer,
+        limits: &Limits,
+        range: f64,
+        from: &From<'_>,
+        control: &'a Control,
+    ) -> Result<Self, GpuError> {
+        tracer.check()?;
+        limits.check()?;
+        let parts = tracer::parts_of(tracer);
+        let eps = limits.eps as f32;
+        let params = Params {
+            max_steps: limits.max_steps,
+            guards: tracer.guards().into(),
+            max_level: parts.max_level,
+            depth: parts.stack.depth(range, eps.into(), limits.max_steps),
+            eps,
+            cone: limits.cone as f32,
+            factor: parts.factor,
+            ..Params::default()
+        };
+        let modules = modules(&parts, source(from));
+        Ok(Self { device, scene, parts, params, modules, control })
+    }
+
+    /// Rays of a tile: whole bands of blocks where the rays are an image's and the memory allows it.
+    fn tile(&self, width: Option<u32>) -> u64 {
+        let entry = self.parts.walker_bytes.max(32).max(u64::from(self.params.depth) * 8);
+        let most = (BINDING / entry).clamp(1, TILE);
+        match width.map(|w| 8 * u64::from(w)) {
+            Some(band) if band <= most => most - most % band,
+            _ => most,
+        }
+    }
+
+    /// Traces `count` rays tile by tile; `then` sees each tile while it is on the GPU, and where it begins.
+    pub fn run(
+        mut self,
+        count: usize,
+        from: &From<'_>,
+        width: Option<u32>,
+        mut then: impl FnMut(&Traced<'_>, usize, &mut Dispatcher<'_>) -> Result<(), GpuError>,
+    ) -> Result<(Hits<f32>, Course), GpuError> {
+        let mut hits = blank(count);
+        let mut dispatcher = Dispatcher::new(self.device, self.control)?;
+        if count == 0 {
+            return Ok((hits, dispatcher.course));
+        }
+        let tile = self.tile(width).min(count as u64) as usize;
+        if let From::Camera(view, t_max) = from {
+            (self.params.view, self.params.t_max) = (*view, *t_max);
+        }
+        let memory = self.memory(tile, matches!(from, From::Host(_)))?;
+        let mut shares = Shares::default();
+        let mut walked = 0.0;
+        for base in (0..count).step_by(tile) {
+            let start = Instant::now();
+            let rays = tile.min(count - base);
+            let blocks = width.is_some_and(|w| base % w as usize == 0 && rays % w as usize == 0);
+            let params =
+                Params { rays: rays as u32, base: base as u32, blocks: blocks.into(), ..self.params };
+            if let From::Host(source) = from {
+                upload_rays(self.device, &memory.rays, *source, base, rays)?;
+            }
+            self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits.threshold)?;
+            let traced =
+                Traced { params, uniform: &memory.uniform, rays: &memory.rays, tallies: &memory.tallies };
+            self.collect(&memory, &mut hits, base, rays)?;
+            walked += start.elapsed().as_secs_f64();
+            then(&traced, base, &mut dispatcher)?;
+        }
+        Ok((hits, Course { walked, ..dispatcher.course }))
+    }
+
+    fn memory(&self, tile: usize, from_host: bool) -> Result<Memory, GpuError> {
+        let (device, tile) = (self.device, tile as u64);
+        let storage = |what: &str, bytes: u64| buffers::make(device, what, bytes, Use::Storage);
+        let uniform = buffers::make(device, "parameters", size_of::<Params>() as u64, Use::Uniform)?;
+        let rays = storage("rays", if from_host { tile * size_of::<Ray>() as u64 } else { 32 })?;
+        let lists = storage("lists", ANSWER + 2 * 4 * tile)?;
+        let walkers = storage("walks", tile * self.parts.walker_bytes)?;
+        let tallies = storage("tallies", tile * size_of::<Tally>() as u64)?;
+        let stack = storage("stacks", tile * u64::from(self.params.depth) * 8)?;
+        let own = [&uniform, &rays, &lists, &walkers, &tallies, &stack];
+        let ready = |entry: &str| self.scene.ready(device, &self.modules, entry, &GROUP, &own);
+        let (begin, pass) = (ready("march_begin")?, ready("march_pass")?);
+        let (answer, results) =
+            (Reader::new(device, ANSWER)?, Reader::new(device, tile * size_of::<Tally>() as u64)?);
+        Ok(Memory { uniform, rays, lists, tallies, begin, pass, answer, results })
+    }
+
+    /// Walks the rays of a tile to their ends.
+    fn advance(
+        &self,
+        memory: &Memory,
+        params: Params,
+        shares: &mut Shares,
+        dispatcher: &mut Dispatcher<'_>,
+        threshold: &mut f32,
+    ) -> Result<(), GpuError> {
+        let device = self.device;
+        buffers::write(device, &memory.lists, 0, &[0; ANSWER as usize])?;
+        tell(device, &memory.uniform, &params)?;
+        dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, ANSWER, |_| ())?;
+        shares.restart();
+        let (mut live, mut half_read) = (params.rays, 0);
+        while live > 0 {
+            buffers::write(device, &memory.lists, 0, &[0; 4])?;
+            let (mut first, mut kept, mut reported) = (0, 0, 0);
+            while first < live {
+                let share = shares.share(live - first);
+                let now = Params { first, count: share.rays, steps: share.steps, half_read, ..params };
+                tell(device, &memory.uniform, &now)?;
+                let mut answer = [0u32; 2];
+                let cost = dispatcher.run(
+                    &memory.pass,
+                    share.rays,
+                    &memory.answer,
+                    &memory.lists,
+                    ANSWER,
+                    |bytes| bytemuck::bytes_of_mut(&mut answer).copy_from_slice(bytes),
+                )?;
+                shares.learn(share, share.rays == live, cost);
+                first += share.rays;
+                kept = answer[0];
+                *threshold = threshold.max(f32::from_bits(answer[1]));
+                let ended = first.saturating_sub(kept);
+                self.control.advance(u64::from(ended.saturating_sub(reported)));
+                reported = reported.max(ended);
+            }
+            dispatcher.course.passes += 1;
+            (live, half_read) = (kept, 1 - half_read);
+        }
+        Ok(())
+    }
+
+    /// Reads what became of a tile's rays.
+    fn collect(
+        &self,
+        memory: &Memory,
+        hits: &mut Hits<f32>,
+        base: usize,
+        rays: usize,
+    ) -> Result<(), GpuError> {
+        let bytes = (rays * size_of::<Tally>()) as u64;
+        let mut encoder = self.device.raw().create_command_encoder(&Default::default());
+        memory.results.copy(&mut encoder, &memory.tallies, bytes);
+        let submission = self.device.submit(encoder)?;
+        memory.results.read(self.device, submission, self.control, bytes, |bytes| {
+            for (i, tally) in bytemuck::cast_slice::<u8, Tally>(bytes).iter().enumerate() {
+                put(hits, base + i, tally);
+            }
+        })
+    }
+}
+
+/// The shader module that gives the rays.
+pub fn source(from: &From<'_>) -> &'static str {
+    match from {
+        From::Host(_) => "source/batch",
+        From::Camera(..) => "source/camera",
+    }
+}
+
+fn put(hits: &mut Hits<f32>, i: usize, tally: &Tally) {
+    let status = tally.outcome & STATUS;
+    hits.t[i] = if status == Status::Miss as u32 { f32::INFINITY } else { tally.t };
+    // Both fit: the status has two bits, the flags have three.
+    (hits.status[i], hits.flags[i]) = (status as u8, (tally.outcome >> 8) as u8);
+    (hits.steps[i], hits.fallbacks[i]) = (tally.steps, tally.fallbacks);
+    (hits.multiplier[i], hits.distance[i], hits.witness[i]) = (tally.multiplier(), tally.r, tally.witness);
+}
+
+fn upload_rays(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    source: &dyn Source<f32>,
+    base: usize,
+    count: usize,
+) -> Result<(), GpuError> {
+    let rays: Vec<Ray> = (base..base + count)
+        .map(|i| source.ray(i))
+        .map(|r| Ray { origin: r.origin, t_min: r.t_min, direction: r.direction, t_max: r.t_max })
+        .collect();
+    buffers::write(device, buffer, 0, bytemuck::cast_slice(&rays))
+}
+
+fn blank(n: usize) -> Hits<f32> {
+    Hits {
+        t: vec![0.0; n],
+        status: vec![0; n],
+        steps: vec![0; n],
+        fallbacks: vec![0; n],
+        multiplier: vec![0.0; n],
+        distance: vec![0.0; n],
+        witness: vec![0.0; n],
+        flags: vec![0; n],
+        threshold: 0.0,
+    }
+}

@@ -1,0 +1,126 @@
+//! Needs no GPU: every combination of shaders is valid, and both sides lay their structs out alike.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "../../sdfrs-core/tests/common/mod.rs"]
+mod shapes;
+
+mod rays;
+
+use std::mem::{offset_of, size_of};
+
+use sdfrs_core::graph::{Form, Graph};
+use sdfrs_gpu::{
+    contract::{Light, Params, Ray, Shaded, Tally, View},
+    emit::{Emitted, emit},
+    march, tracer,
+};
+
+fn parse(text: &str, name: &str) -> naga::Module {
+    let module =
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let (flags, none) = (naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+    let checked = naga::valid::Validator::new(flags, none).validate(&module);
+    let checked = checked.unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    // What is valid may still be more than the back end can write.
+    let options = naga::back::spv::Options::default();
+    let written = naga::back::spv::write_vec(&module, &checked, &options, None);
+    assert!(written.unwrap_or_else(|e| panic!("{name}: {e}")).len() > 100);
+    module
+}
+
+fn scene(strict: bool) -> Emitted {
+    let ball = shapes::build("sphere", &[("radius", shapes::num(1.0))], &[]);
+    emit(&Graph::new(&ball, Form::Walk).unwrap(), strict).unwrap()
+}
+
+/// Offsets of a struct's members, and its size.
+fn layout(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
+    let (handle, kind) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
+    let naga::TypeInner::Struct { members, .. } = &kind.inner else { panic!("{name} is no struct") };
+    let members = members.iter().map(|m| (m.name.clone().unwrap(), m.offset)).collect();
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    (members, layouter[handle].size)
+}
+
+macro_rules! same_layout {
+    ($module:expr, $name:literal, $type:ty, [$($field:ident),+]) => {
+        let (members, size) = layout($module, $name);
+        let host = vec![$((stringify!($field).to_owned(), offset_of!($type, $field) as u32)),+];
+        assert_eq!((members, size), (host, size_of::<$type>() as u32), $name);
+    };
+}
+
+/// All passes of all tracers over both kinds of rays, strict and plain.
+#[test]
+fn every_combination_is_valid() {
+    for strict in [false, true] {
+        let scene = scene(strict);
+        for source in ["source/batch", "source/camera"] {
+            for kind in rays::tracers() {
+                let parts = tracer::parts_of(&kind);
+                let modules = march::modules(&parts, source);
+                for entry in ["march_begin", "march_pass"] {
+                    let text = scene.link(&march::texts(&modules), entry).unwrap();
+                    let module = parse(&text, &format!("{kind:?} {source} {entry} strict {strict}"));
+                    let (members, size) = layout(&module, "Walker");
+                    assert_eq!((members[0].1, u64::from(size)), (0, parts.walker_bytes), "{kind:?}");
+                }
+            }
+            let modules = sdfrs_gpu::shade::modules(source);
+            let text = scene.link(&march::texts(&modules), "shade_pass").unwrap();
+            parse(&text, &format!("shade {source} strict {strict}"));
+        }
+    }
+}
+
+#[test]
+fn both_sides_lay_their_structs_out_alike() {
+    let scene = scene(true);
+    let parts = tracer::parts_of(&rays::tracers()[0]);
+    let text = scene.link(&march::texts(&march::modules(&parts, "source/batch")), "march_pass").unwrap();
+    let module = parse(&text, "march");
+    let (members, size) = layout(&module, "Params");
+    assert_eq!(size, size_of::<Params>() as u32);
+    let view = offset_of!(Params, view) as u32;
+    let own = [
+        ("zero", offset_of!(Params, zero)),
+        ("rays", offset_of!(Params, rays)),
+        ("base", offset_of!(Params, base)),
+        ("first", offset_of!(Params, first)),
+        ("count", offset_of!(Params, count)),
+        ("half_read", offset_of!(Params, half_read)),
+        ("steps", offset_of!(Params, steps)),
+        ("max_steps", offset_of!(Params, max_steps)),
+        ("guards", offset_of!(Params, guards)),
+        ("max_level", offset_of!(Params, max_level)),
+        ("depth", offset_of!(Params, depth)),
+        ("blocks", offset_of!(Params, blocks)),
+        ("eps", offset_of!(Params, eps)),
+        ("cone", offset_of!(Params, cone)),
+        ("factor", offset_of!(Params, factor)),
+        ("t_max", offset_of!(Params, t_max)),
+        ("origin", view as usize + offset_of!(View, origin)),
+        ("half_height", view as usize + offset_of!(View, half_height)),
+        ("forward", view as usize + offset_of!(View, forward)),
+        ("perspective", view as usize + offset_of!(View, perspective)),
+        ("right", view as usize + offset_of!(View, right)),
+        ("width", view as usize + offset_of!(View, width)),
+        ("up", view as usize + offset_of!(View, up)),
+        ("height", view as usize + offset_of!(View, height)),
+        ("albedo", offset_of!(Params, albedo)),
+        ("background", offset_of!(Params, background)),
+    ];
+    let own: Vec<(String, u32)> = own.iter().map(|(n, o)| ((*n).to_owned(), *o as u32)).collect();
+    assert_eq!(members, own);
+    same_layout!(&module, "Ray", Ray, [origin, t_min, direction, t_max]);
+    same_layout!(&module, "Tally", Tally, [steps, fallbacks, accepted, ratios, t, r, witness, outcome]);
+
+    let text = scene.link(&march::texts(&sdfrs_gpu::shade::modules("source/camera")), "shade_pass").unwrap();
+    let module = parse(&text, "shade");
+    same_layout!(&module, "Light", Light, [position, unused, color, unused_too]);
+    let (members, size) = layout(&module, "Shaded");
+    let offsets: Vec<u32> = members.iter().map(|m| m.1).collect();
+    assert_eq!((offsets, size), (vec![0, 4, 8, 12], size_of::<Shaded>() as u32));
+    assert_eq!((offset_of!(Shaded, normal), offset_of!(Shaded, rgb)), (0, 12));
+}

@@ -1,0 +1,261 @@
+//! Shortened programs along a block of rays: slabs of depth for the block, thinner ones for each of its
+//! groups, made as rays get there.
+//!
+//! Sixteen slabs are probed at a time. Under `Prune::Skip` a cell whose field is proven to stay above the
+//! hit threshold is stepped over. Everything is written over old memory, so a worker's arena stops
+//! growing after its first blocks. Law: crates/sdfrs-trace/tests/prune.rs.
+
+use sdfrs_core::{
+    contract::Work,
+    eval::{Native, Program},
+    prune::{CELLS, Memory, Part, Probe, Pruner},
+};
+
+use super::{Threshold, beam::Beam};
+
+/// Length of a slab over the beam's width, for blocks and for groups.
+const COARSE: f64 = 1.0;
+const FINE: f64 = 1.5;
+/// Shortest slab in units of the hit threshold.
+const SHORTEST: f64 = 64.0;
+/// Lengths of programs with a counter of their own.
+const LISTED: usize = 256;
+/// Rows of slabs kept for a block.
+const ROWS: usize = 6;
+
+/// Up to 16 slabs of depth, one behind the other.
+struct Row {
+    probe: Probe,
+    /// Where slab `i` begins; slab `i` ends at `edges[i + 1]`.
+    edges: [f64; CELLS + 1],
+    len: usize,
+    /// Where rays can be taken from slab `i` without meeting anything; its own beginning if nowhere.
+    clear_to: [f64; CELLS],
+    made: [bool; CELLS],
+}
+
+impl Row {
+    fn new() -> Self {
+        Self {
+            probe: Probe::default(),
+            edges: [f64::INFINITY; CELLS + 1],
+            len: 0,
+            clear_to: [0.0; CELLS],
+            made: [false; CELLS],
+        }
+    }
+
+    /// The slab that holds a depth.
+    fn find(&self, t: f64) -> Option<usize> {
+        (0..self.len).find(|&i| self.edges[i] <= t && t < self.edges[i + 1])
+    }
+
+    /// Probes the slabs between the edges.
+    fn look(&mut self, part: &Part, beam: &Beam, limit: &Threshold<f64>, skip: bool) {
+        let cells: [_; CELLS] = std::array::from_fn(|i| {
+            let i = i.min(self.len - 1);
+            beam.cell(self.edges[i], self.edges[i + 1])
+        });
+        self.probe.look(part, &cells);
+        self.made = [false; CELLS];
+        for i in (0..self.len).rev() {
+            let (lo, hi) = (self.edges[i], self.edges[i + 1]);
+            self.clear_to[i] = lo;
+            // The threshold of a guarded hit, and what rounding adds to it, at the far end.
+            let size = f64::from(cells[i].centre.iter().fold(cells[i].radius, |s, c| s.max(c.abs()))) + hi;
+            let e = limit.eps.max(limit.cone * hi).max(8.0 * f64::from(f32::EPSILON) * size);
+            let clear = f64::from(self.probe.clear_radius(part, i, e as f32));
+            if !skip || !(clear > f64::from(cells[i].radius)) {
+                continue;
+            }
+            let beyond = if i + 1 < self.len { self.clear_to[i + 1] } else { hi };
+            self.clear_to[i] = beyond.max(hi).max(beam.clear_to(0.5 * (lo + hi), clear));
+        }
+    }
+}
+
+/// What to do with rays that ask for a sample somewhere.
+pub enum Found<'a, T: Native> {
+    /// Nothing is there: on to this depth.
+    Empty(f64),
+    /// Up to this depth this program has the field's values.
+    Program(f64, &'a Program<T>),
+    /// Only the whole field does.
+    Whole,
+}
+
+pub struct Cells<T: Native> {
+    skip: bool,
+    limit: Threshold<f64>,
+    block: Beam,
+    group: Beam,
+    rows: Vec<(Row, Vec<Part>)>,
+    /// Rows in use, and the one to be written over next.
+    used: usize,
+    next: usize,
+    /// Slabs of the group inside one slab of the block.
+    fine: Row,
+    within: (usize, usize),
+    programs: Vec<Program<T>>,
+    /// A fine part on its way to a program.
+    part: Part,
+    memory: Memory,
+    /// Operations of probes, and points by the length of the program they ran.
+    probed: u64,
+    points: Vec<u64>,
+    longer: Work,
+}
+
+impl<T: Native> Cells<T> {
+    pub fn new(skip: bool, limit: &Threshold<T>) -> Self {
+        Self {
+            skip,
+            limit: Threshold { eps: limit.eps.f64(), cone: limit.cone.f64() },
+            block: Beam::default(),
+            group: Beam::default(),
+            rows: Vec::new(),
+            used: 0,
+            next: 0,
+            fine: Row::new(),
+            within: (usize::MAX, 0),
+            programs: (0..CELLS).map(|_| Program::blank()).collect(),
+            part: Part::blank(),
+            memory: Memory::default(),
+            probed: 0,
+            points: vec![0; LISTED],
+            longer: Work::default(),
+        }
+    }
+
+    pub fn begin_block(&mut self, beam: Beam) {
+        (self.block, self.used, self.next) = (beam, 0, 0);
+    }
+    pub fn begin_group(&mut self, beam: Beam) {
+        self.group = beam;
+        self.fine.len = 0;
+    }
+
+    /// The cell that holds a depth; it ends behind it.
+    pub fn find(&mut self, pruner: &Pruner, t: f64) -> Found<'_, T> {
+        if !t.is_finite() {
+            return Found::Whole;
+        }
+        let cell = match self.fine.find(t) {
+            Some(cell) => cell,
+            None => {
+                let (row, slab) = match self.slab(t) {
+                    Some(found) => found,
+                    None => match self.add_row(pruner, t) {
+                        Some(row) => (row, 0),
+                        None => return Found::Whole,
+                    },
+                };
+                let clear_to = self.rows[row].0.clear_to[slab];
+                if clear_to > t {
+                    return Found::Empty(clear_to);
+                }
+                self.refine(pruner, row, slab);
+                let Some(cell) = self.fine.find(t) else { return Found::Whole };
+                cell
+            }
+        };
+        if self.fine.clear_to[cell] > t {
+            return Found::Empty(self.fine.clear_to[cell]);
+        }
+        if !self.fine.made[cell] {
+            self.fine.made[cell] = true;
+            let (row, slab) = self.within;
+            let from = &self.rows[row].1[slab];
+            self.fine.probe.narrow(pruner, from, cell, &mut self.memory, &mut self.part);
+            pruner.program(&self.part, &mut self.memory, &mut self.programs[cell]);
+        }
+        Found::Program(self.fine.edges[cell + 1], &self.programs[cell])
+    }
+
+    fn slab(&self, t: f64) -> Option<(usize, usize)> {
+        (0..self.used).find_map(|row| self.rows[row].0.find(t).map(|slab| (row, slab)))
+    }
+
+    /// Slabs of the block from a depth on.
+    fn add_row(&mut self, pruner: &Pruner, t: f64) -> Option<usize> {
+        let at = self.next;
+        self.next = (at + 1) % ROWS;
+        self.used = self.used.max(at + 1);
+        if self.rows.len() <= at {
+            self.rows.push((Row::new(), (0..CELLS).map(|_| Part::blank()).collect()));
+        }
+        if self.within.0 == at {
+            self.fine.len = 0;
+        }
+        let row = &mut self.rows[at].0;
+        row.edges[0] = down(t);
+        row.len = 0;
+        while row.len < CELLS && !(row.edges[row.len] > self.block.t_max) {
+            let lo = row.edges[row.len];
+            let least = SHORTEST * self.limit.eps.max(1e-6 * lo.abs());
+            let length = COARSE * self.block.width(lo);
+            row.edges[row.len + 1] = down(lo + length.max(least));
+            row.len += 1;
+            // A fan of rays that is still a point tells nothing of slabs farther on.
+            if length < least {
+                break;
+            }
+        }
+        if row.len == 0 || !(row.edges[0] <= t && t < row.edges[1]) || !row.edges[row.len].is_finite() {
+            row.len = 0;
+            return None;
+        }
+        row.look(pruner.whole(), &self.block, &self.limit, self.skip);
+        self.probed += CELLS as u64 * pruner.whole().ops();
+        Some(at)
+    }
+
+    /// Slabs of the group inside a slab of the block.
+    fn refine(&mut self, pruner: &Pruner, row: usize, slab: usize) {
+        let (coarse, parts) = &mut self.rows[row];
+        let (lo, hi) = (coarse.edges[slab], coarse.edges[slab + 1]);
+        if !coarse.made[slab] {
+            coarse.made[slab] = true;
+            coarse.probe.narrow(pruner, pruner.whole(), slab, &mut self.memory, &mut parts[slab]);
+        }
+        let count = ((hi - lo) / (FINE * self.group.width(hi))).ceil().clamp(1.0, CELLS as f64);
+        self.fine.len = count as usize;
+        for i in 0..=self.fine.len {
+            self.fine.edges[i] = down(lo + (hi - lo) * i as f64 / count);
+        }
+        self.fine.edges[self.fine.len] = hi;
+        self.within = (row, slab);
+        self.fine.look(&parts[slab], &self.group, &self.limit, self.skip);
+        self.probed += CELLS as u64 * parts[slab].ops();
+    }
+
+    /// Points that ran a program of that length.
+    pub fn count(&mut self, ops: u64, points: u64) {
+        match self.points.get_mut(ops as usize) {
+            Some(n) => *n += points,
+            None => self.longer.add(ops, points),
+        }
+    }
+
+    /// Hands over what was counted since the last time.
+    pub fn tell(&mut self, work: &mut Work) {
+        work.node_evaluations += std::mem::take(&mut self.probed);
+        for (ops, n) in self.points.iter_mut().enumerate().filter(|(_, n)| **n > 0) {
+            work.add(ops as u64, std::mem::take(n));
+        }
+        work.join(&std::mem::take(&mut self.longer));
+    }
+
+    /// Bytes of the arena.
+    pub fn bytes(&self) -> u64 {
+        let parts = self.rows.iter().flat_map(|(_, parts)| parts).chain([&self.part]).map(Part::bytes);
+        let programs = self.programs.iter().map(|p| p.tape().bytes());
+        (parts.sum::<usize>() + programs.sum::<usize>()) as u64
+    }
+}
+
+/// The next number below that both precisions have.
+fn down(t: f64) -> f64 {
+    let single = t as f32;
+    f64::from(if f64::from(single) > t { single.next_down() } else { single })
+}

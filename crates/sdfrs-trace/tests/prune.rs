@@ -1,0 +1,223 @@
+//! Over 1,000 random scenes, cameras, tracers and both precisions: under `Exact` a trace equals the
+//! unpruned one in depth, status, steps, fallbacks, multiplier and witness, to the bit; under `Skip` in
+//! status, but for rays that graze. And both do save work.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use sdfrs_core::{
+    Control, Hits, Limits, Program, Prune, Rays, Shape, Span, Status, Value, contract, eval::Native,
+};
+use sdfrs_trace::{Camera, SearchForm, Tracer, camera::Kind, march, render::trace_camera};
+
+fn build(op: &str, args: &[(&str, Value)], children: &[&Shape]) -> Shape {
+    let args = args.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
+    Shape::build(op, args, children.iter().map(|s| (*s).clone()).collect()).unwrap()
+}
+
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+    fn within(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.unit()
+    }
+    fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+    fn vector(&mut self, lo: f64, hi: f64) -> Value {
+        Value::Vec3([self.within(lo, hi), self.within(lo, hi), self.within(lo, hi)])
+    }
+}
+
+/// A random solid of about `n` parts.
+fn tree(random: &mut Random, n: usize) -> Shape {
+    if n <= 1 {
+        let num = |v: f64| Value::Num(v);
+        let r = random.within(0.1, 0.5);
+        let part = match random.below(6) {
+            0 => build("box", &[("size", random.vector(0.2, 0.9))], &[]),
+            1 => build("torus", &[("major", num(r)), ("minor", num(r / 3.0))], &[]),
+            2 => build("cylinder", &[("radius", num(r)), ("height", num(0.8))], &[]),
+            3 => build("ellipsoid", &[("radii", random.vector(0.1, 0.6))], &[]),
+            _ => build("sphere", &[("radius", num(r))], &[]),
+        };
+        return build("translate", &[("offset", random.vector(-1.5, 1.5))], &[&part]);
+    }
+    let left = 1 + random.below(n - 1);
+    let (a, b) = (tree(random, left), tree(random, n - left));
+    let k = if random.below(3) == 0 { random.within(0.01, 0.3) } else { 0.0 };
+    let both = match random.below(8) {
+        0 => build("difference", &[("k", Value::Num(k))], &[&a, &b]),
+        1 => build("intersection", &[("k", Value::Num(k))], &[&a, &b]),
+        _ => build("union", &[("k", Value::Num(k))], &[&a, &b]),
+    };
+    match random.below(10) {
+        0 => build("rotate", &[("angle", Value::Num(1.0)), ("axis", Value::Vec3([0.3, 1.0, 0.2]))], &[&both]),
+        1 => build("scale", &[("factors", random.vector(0.6, 1.4))], &[&both]),
+        2 => build("mirror", &[("axis", Value::Text("x".into()))], &[&both]),
+        3 => build("shell", &[("thickness", Value::Num(0.05))], &[&both]),
+        4 => build("with_lipschitz", &[("lipschitz", Value::Num(1.5))], &[&both]),
+        _ => both,
+    }
+}
+
+fn camera(random: &mut Random) -> Camera {
+    let kind = if random.below(4) == 0 { Kind::Orthographic { extent: 4.0 } } else { Kind::Pinhole { fov_deg: 45.0 } };
+    let at = |r: &mut Random| [r.within(-3.0, 3.0), r.within(1.0, 3.0), r.within(3.0, 5.0)];
+    Camera { kind, origin: at(random), target: [0.0; 3], up: [0.0, 1.0, 0.0], width: 71, height: 45 }
+}
+
+fn trace<T: Native>(shape: &Shape, camera: &Camera, tracer: &Tracer, prune: Prune) -> Hits<T> {
+    let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune };
+    trace_camera::<T>(shape, camera, tracer, &limits, 20.0, &Control::new()).unwrap().0
+}
+
+fn bits<T: Native>(h: &Hits<T>) -> Vec<[u64; 7]> {
+    let of = |v: &[T], i: usize| v[i].f64().to_bits();
+    (0..h.t.len())
+        .map(|i| {
+            let counts = [u64::from(h.status[i]), u64::from(h.steps[i]), u64::from(h.fallbacks[i])];
+            [of(&h.t, i), counts[0], counts[1], counts[2], of(&h.multiplier, i), of(&h.witness, i), u64::from(h.flags[i])]
+        })
+        .collect()
+}
+
+fn tracers() -> [Tracer; 6] {
+    let (form, guards) = (sdfrs_trace::Form::Y2023, true);
+    [
+        Tracer::Basic { guards },
+        Tracer::Relaxed { omega: 1.5, form, guards },
+        Tracer::Enhanced { omega: 0.88, form, guards },
+        Tracer::AutoRelaxed { beta: 0.3, guards },
+        Tracer::BinarySearch { form: SearchForm::Stackless, max_level: 18, guards },
+        Tracer::CoverageSearch { guards },
+    ]
+}
+
+/// Work saved over all scenes, and rays whose status is another under `Skip`, of how many.
+struct Saved {
+    whole: u64,
+    exact: u64,
+    skip: u64,
+    other: usize,
+    rays: usize,
+}
+
+/// A ray that comes within a few thresholds of a surface it does not hit, or hits it at a glance.
+fn grazes<T: Native>(a: &Hits<T>, b: &Hits<T>, i: usize) -> bool {
+    [a, b].iter().any(|h| h.status[i] == Status::OutOfSteps as u8 || h.distance[i].f64().abs() <= 4e-4)
+}
+
+fn compare<T: Native>(seed: u64, scenes: usize) -> Saved {
+    let mut random = Random(seed);
+    let mut saved = Saved { whole: 0, exact: 0, skip: 0, other: 0, rays: 0 };
+    for scene in 0..scenes {
+        let parts = 1 + random.below(40);
+        let shape = tree(&mut random, parts);
+        let view = camera(&mut random);
+        let tracer = tracers()[scene % 6];
+        let a = trace::<T>(&shape, &view, &tracer, Prune::Off);
+        let b = trace::<T>(&shape, &view, &tracer, Prune::Exact);
+        let what = format!("seed {seed}, scene {scene} of {parts} parts, {tracer:?}");
+        for (i, (x, y)) in bits(&a).iter().zip(bits(&b)).enumerate() {
+            assert_eq!(*x, y, "{what}, ray {i}");
+        }
+        let c = trace::<T>(&shape, &view, &tracer, Prune::Skip);
+        for i in 0..a.t.len() {
+            if a.status[i] != c.status[i] {
+                assert!(grazes(&a, &c, i), "{what}, ray {i}: {} and {}", a.status[i], c.status[i]);
+                saved.other += 1;
+            }
+            assert!(c.steps[i] <= a.steps[i] + 40, "{what}, ray {i}: {} and {} steps", a.steps[i], c.steps[i]);
+        }
+        saved.rays += a.t.len();
+        saved.whole += a.work.node_evaluations;
+        saved.exact += b.work.node_evaluations;
+        saved.skip += c.work.node_evaluations;
+    }
+    saved
+}
+
+#[test]
+fn exact_changes_no_bit_and_skip_no_status() {
+    for saved in [compare::<f32>(1, 600), compare::<f64>(2, 400)] {
+        assert!(saved.exact * 2 < saved.whole, "exact keeps {} of {}", saved.exact, saved.whole);
+        assert!(saved.skip < saved.exact, "skip keeps {} of {}", saved.skip, saved.whole);
+        assert!(saved.other * 5000 < saved.rays, "{} of {} rays end otherwise", saved.other, saved.rays);
+    }
+}
+
+#[test]
+fn hits_under_skip_lie_where_the_others_do() {
+    let mut random = Random(5);
+    let (mut far, mut hits) = (0, 0);
+    for _ in 0..60 {
+        let parts = 2 + random.below(20);
+        let shape = tree(&mut random, parts);
+        let view = camera(&mut random);
+        let tracer = Tracer::Basic { guards: true };
+        let (a, b) = (
+            trace::<f64>(&shape, &view, &tracer, Prune::Off),
+            trace::<f64>(&shape, &view, &tracer, Prune::Skip),
+        );
+        for i in (0..a.t.len()).filter(|&i| a.status[i] == 1 && b.status[i] == 1) {
+            hits += 1;
+            far += usize::from((a.t[i] - b.t[i]).abs() > 1e-4);
+        }
+    }
+    // A glance may end at another of the places within the threshold.
+    assert!(hits > 10_000 && far * 1000 < hits, "{far} of {hits} hits lie elsewhere");
+}
+
+#[test]
+fn a_thousand_spheres_cost_a_few() {
+    let mut random = Random(3);
+    let ball = build("sphere", &[("radius", Value::Num(0.05))], &[]);
+    let balls: Vec<_> =
+        (0..1000).map(|_| build("translate", &[("offset", random.vector(-1.5, 1.5))], &[&ball])).collect();
+    let shape = build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>());
+    let view = Camera { width: 256, height: 256, ..camera(&mut random) };
+    let tracer = Tracer::Basic { guards: true };
+    let (a, b) =
+        (trace::<f32>(&shape, &view, &tracer, Prune::Off), trace::<f32>(&shape, &view, &tracer, Prune::Exact));
+    assert_eq!(bits(&a), bits(&b));
+    assert_eq!((a.work.prune, b.work.prune), (Prune::Off, Prune::Exact));
+    assert!(b.work.node_evaluations * 20 < a.work.node_evaluations, "{:?} of {:?}", b.work, a.work);
+    assert!(b.work.arena_bytes > 0 && b.work.arena_bytes < 1 << 24, "{} bytes", b.work.arena_bytes);
+}
+
+#[test]
+fn rays_in_any_order_keep_their_bits() {
+    let mut random = Random(11);
+    let shape = tree(&mut random, 30);
+    let view = camera(&mut random);
+    let (mut origins, mut directions) = view.rays::<f64>().unwrap();
+    for i in (1..origins.len()).rev() {
+        let j = random.below(i + 1);
+        origins.swap(i, j);
+        directions.swap(i, j);
+    }
+    contract::check_rays(&origins, &mut directions).unwrap();
+    let rays =
+        Rays { origins: &origins, directions: &directions, t_min: Span::All(0.0), t_max: Span::All(20.0) };
+    let program = Program::<f64>::for_tracing(&shape).unwrap();
+    let run = |prune| {
+        let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune };
+        march::trace(&program, &Tracer::Enhanced { omega: 0.88, form: Default::default(), guards: true }, &rays, &limits, &Control::new())
+            .unwrap()
+    };
+    let (a, b) = (run(Prune::Off), run(Prune::Exact));
+    assert_eq!(bits(&a), bits(&b));
+    assert!(b.work.node_evaluations < a.work.node_evaluations);
+}
+
+#[test]
+fn one_primitive_is_left_alone() {
+    let shape = build("sphere", &[("radius", Value::Num(1.0))], &[]);
+    let view = camera(&mut Random(1));
+    let of = |prune| trace::<f32>(&shape, &view, &Tracer::Basic { guards: true }, prune).work.prune;
+    assert_eq!(of(Prune::Auto { skip: true }), Prune::Off);
+    assert_eq!(of(Prune::Auto { skip: false }), Prune::Off);
+}

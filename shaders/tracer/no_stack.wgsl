@@ -1,0 +1,3 @@
+// Tracers without a stack. Twin: none, see stack.wgsl.
+
+fn select_stack(ray: u32) {}
