@@ -1,10 +1,11 @@
-"""Renders two scene files by every tracer, with maps of what each pixel cost, and prints one table.
+"""Renders two scene files by every tracer, with maps of what each pixel cost, and prints one table; bakes a mesh, too.
 
 `python3 dev.py demo` runs this. The pictures and table.csv land in out/demo; `--quick` draws them small.
 """
 
 import argparse
 import csv
+import runpy
 import sys
 import time
 from pathlib import Path
@@ -86,7 +87,9 @@ def main() -> None:
         csv.writer(file).writerows([list(COLUMNS), *rows])
     print(f"{size[0]}x{size[1]}, mean / p50 / p99 are steps per ray, seconds are of tracing alone; {image.device}\n")
     show(rows)
-    print(f"\n{4 * len(rows)} pictures and table.csv in {OUT}, {time.perf_counter() - start:.0f} s in all")
+    mesh = runpy.run_path(str(HERE / "06_mesh.py"))["bake_and_draw"]
+    print(f"\n{mesh(OUT, (240, 180) if size[0] < 640 else (640, 480))}")
+    print(f"\n{4 * len(rows) + 1} pictures and table.csv in {OUT}, {time.perf_counter() - start:.0f} s in all")
 
 
 if __name__ == "__main__":

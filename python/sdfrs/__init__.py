@@ -7,12 +7,13 @@ lengths are world units, a shape is negative inside, row 0 of an image is the to
 
 from . import scenes as scenes
 from ._core import __version__ as __version__
-from ._errors import DeviceError, Error, FormatError, InternalError, LipschitzWarning, SceneError
+from ._errors import DeviceError, Error, FormatError, InternalError, LipschitzWarning, MeshError, SceneError
 from ._expr import Condition, Expr, Point
 from .camera import Camera, PointLight
 from .formula import clamp, length, max, min, mix, shape, where
 from .image import Image
 from .inspection import LipschitzCheck
+from .mesh import MeshReport, mesh_to_sdf_texture
 from .primitives import (
     box,
     capsule,
@@ -38,9 +39,9 @@ from .tracers import AutoRelaxed, Basic, BinarySearch, CoverageSearch, Enhanced,
 
 __all__ = [
     "AutoRelaxed", "Basic", "BinarySearch", "Camera", "Condition", "CoverageSearch", "DeviceError", "Enhanced", "Error",
-    "Expr", "FormatError", "Hits", "Image", "InternalError", "LipschitzCheck", "LipschitzWarning", "Point", "PointLight",
+    "Expr", "FormatError", "Hits", "Image", "InternalError", "LipschitzCheck", "LipschitzWarning", "MeshError", "MeshReport", "Point", "PointLight",
     "Relaxed", "Scene", "SceneError", "SdfTexture", "Settings", "Shape", "Stats", "Summary", "Timings", "Tracer",
     "box", "capsule", "clamp", "cone", "cylinder", "difference", "ellipsoid", "gyroid", "intersection", "length", "load",
-    "mandelbulb", "max", "min", "mix", "plane", "render", "rounded_box", "scenes", "set_threads", "shape", "sphere",
+    "mandelbulb", "max", "mesh_to_sdf_texture", "min", "mix", "plane", "render", "rounded_box", "scenes", "set_threads", "shape", "sphere",
     "torus", "trace", "trace_stats", "union", "where",
 ]  # fmt: skip

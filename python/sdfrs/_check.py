@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Vec3 = tuple[float, float, float]
 Vec3Like = Union[Sequence[float], "npt.NDArray[Any]"]
 Precision = Literal["f32", "f64"]
+Prune = Literal["auto", "off", "exact", "skip"]
+PRUNE = ("auto", "off", "exact", "skip")
 
 DTYPES: dict[str, type[np.floating[Any]]] = {"f32": np.float32, "f64": np.float64}
 

@@ -4,6 +4,7 @@ What `sdfrs` is built on: nodes, files, tracing and rendering, without the frien
 """
 
 from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
+from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
 __all__ = [
@@ -48,14 +49,6 @@ class Node:
         """
         Slopes at points, (N, 3) -> (N, 3).
         """
-    def grid_bounds(self, /) -> tuple[Any, Any]:
-        """
-        The corners of a texture.
-        """
-    def grid_values(self, /) -> Any:
-        """
-        The samples of a texture, [z, y, x].
-        """
     def interval(
         self,
         /,
@@ -71,14 +64,10 @@ class Node:
     def lipschitz(self, /) -> float: ...
     @property
     def op(self, /) -> str: ...
-    @staticmethod
-    def texture(
-        values: Any,
-        lo: SupportsLenAndGetItem[SupportsFloat | SupportsIndex],
-        hi: SupportsLenAndGetItem[SupportsFloat | SupportsIndex],
-    ) -> Node:
+    @property
+    def textured(self, /) -> bool:
         """
-        A grid of samples [z, y, x] between two corners.
+        Whether a texture is part of it: what its walks see is then no measure of a declared bound.
         """
     def values(self, /, points: Any) -> Any:
         """
@@ -185,3 +174,90 @@ def trace_camera(
     """
     Traces the rays of a camera.
     """
+
+def memory_for_samples() -> int:
+    """
+    Bytes that samples may take: half of the memory.
+    """
+
+def mesh_to_texture(triangles: Triangles, settings: Incomplete, progress: Any | None) -> tuple[Node, dict[str, Any]]:
+    """
+    Bakes triangles; returns the texture and what was found, by the names of `sdfrs.MeshReport`.
+    """
+
+def texture_changed(node: Node, dense: bool, stepping: str | None) -> Node:
+    """
+    The same texture as a dense one, in another number type or with another way to step.
+    """
+
+def texture_dense(values: Any, facts: Incomplete) -> Node:
+    """
+    A dense texture of samples [z, y, x].
+    """
+
+def texture_facts(node: Node) -> dict[str, Any]:
+    """
+    Numbers about a texture, by name.
+    """
+
+def texture_layers(node: Node, first: SupportsIndex, last: SupportsIndex) -> Any:
+    """
+    Samples of a dense texture, layers `first` to `last` (not included) along z, flat.
+    """
+
+def texture_nodes(node: Node, first: SupportsIndex, last: SupportsIndex) -> Any:
+    """
+    Nodes of kept bricks `first` to `last` (not included), flat, 9 x 9 x 9 each.
+    """
+
+def texture_of_shape(
+    node: Node,
+    dims: SupportsLenAndGetItem[SupportsIndex],
+    lo: SupportsLenAndGetItem[SupportsFloat | SupportsIndex],
+    hi: SupportsLenAndGetItem[SupportsFloat | SupportsIndex],
+    band: SupportsFloat | SupportsIndex | None,
+    dtype: str,
+    stepping: str,
+    progress: Any | None,
+) -> Node:
+    """
+    Samples a shape; `band` None is a dense texture, 0 a sparse one of the usual width.
+    """
+
+def texture_slopes(node: Node) -> tuple[Any, list[int]]:
+    """
+    Slope bounds of the bricks, flat, and the bricks along x, y, z.
+    """
+
+def texture_sparse(
+    dims: SupportsLenAndGetItem[SupportsIndex], table: Any, far: Any, nodes: Any, scale: Any | None, facts: Incomplete
+) -> Node:
+    """
+    A sparse texture: `table` and `far` with one value a brick (x fastest), nodes of the kept bricks, and
+    where these are bytes a scale for each.
+    """
+
+def texture_table(node: Node) -> tuple[Any, Any, Any | None]:
+    """
+    Where a sparse texture's bricks are, what the others hold, and the scales of bytes.
+    """
+
+@final
+class Triangles:
+    """
+    Triangles that Python holds on to.
+    """
+    @property
+    def faces(self, /) -> int: ...
+    @staticmethod
+    def of_arrays(vertices: Any, corners: Any, counts: Any) -> Triangles:
+        """
+        Vertices (N, 3), and faces as the vertices of all polygons one after the other, with each one's count.
+        """
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Triangles:
+        """
+        Triangles of a file; the ending of its name says the format.
+        """
+    @property
+    def vertices(self, /) -> int: ...

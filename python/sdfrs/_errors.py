@@ -38,6 +38,16 @@ class FormatError(Error, ValueError):
     """
 
 
+class MeshError(Error, ValueError):
+    """A mesh that cannot be baked, or asked for what cannot be; names the file and the element.
+
+    Examples:
+        >>> import sdfrs
+        >>> issubclass(sdfrs.MeshError, ValueError)
+        True
+    """
+
+
 class DeviceError(Error, RuntimeError):
     """A device that this machine does not have, or that failed: what was asked, found, and how to get it.
 
@@ -73,6 +83,6 @@ class LipschitzWarning(UserWarning):
     """
 
 
-for _class in (Error, SceneError, FormatError, DeviceError, InternalError, LipschitzWarning):
+for _class in (Error, SceneError, FormatError, MeshError, DeviceError, InternalError, LipschitzWarning):
     _class.__module__ = "sdfrs"
 del _class

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
-from typing import Union
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Union
 
 PathLike = Union[str, "os.PathLike[str]"]
 
 
-def atomic_write(path: PathLike, data: bytes) -> None:
-    """Writes beside the target, flushes to the disk, then renames over it."""
+@contextmanager
+def atomic(path: PathLike) -> Iterator[IO[bytes]]:
+    """A file beside the target to write to; at the end it is flushed to the disk and renamed over the target."""
     target = os.path.abspath(os.fspath(path))
     folder, name = os.path.split(target)
     temporary = os.path.join(folder, f".{name}.{os.getpid()}.part")
     try:
         with open(temporary, "wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, target)
@@ -25,3 +28,9 @@ def atomic_write(path: PathLike, data: bytes) -> None:
         except OSError:
             pass
         raise
+
+
+def atomic_write(path: PathLike, data: bytes) -> None:
+    """Writes beside the target, flushes to the disk, then renames over it."""
+    with atomic(path) as file:
+        file.write(data)

@@ -14,7 +14,7 @@ Progress = Union[None, bool, Callable[[int, int], Any]]
 
 
 @contextmanager
-def reporter(progress: Progress, what: str) -> Iterator[Optional[Callable[[int, int], Any]]]:
+def reporter(progress: Progress, what: str, unit: str = "ray") -> Iterator[Optional[Callable[[int, int], Any]]]:
     """The callback to hand to the compiled module, closed at the end."""
     if progress is None or progress is False:
         yield None
@@ -30,7 +30,7 @@ def reporter(progress: Progress, what: str) -> Iterator[Optional[Callable[[int, 
             finally:
                 line.close()
         else:
-            with tqdm(desc=what, unit="ray", unit_scale=True, leave=False, file=sys.stderr) as bar:
+            with tqdm(desc=what, unit=unit, unit_scale=True, leave=False, file=sys.stderr) as bar:
 
                 def update(done: int, total: int) -> None:
                     bar.total = total

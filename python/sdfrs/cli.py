@@ -1,4 +1,4 @@
-"""The command line: ``sdfrs render | stats | doctor``, in the words of the functions.
+"""The command line: ``sdfrs render | stats | convert | doctor``, in the words of the functions.
 
 Results go to stdout, progress and complaints to stderr; exit codes 0 ok, 1 failed, 2 usage, 130 interrupted.
 
@@ -17,12 +17,14 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 from ._errors import Error
 from .tracers import TRACERS, Tracer
 
-_SCENE_HELP = "a scene file, or a named scene (csg, village, composition, mandelbulb, gyroid, spheres1000, ...)"
+_SCENE_HELP = (
+    "a scene file, a texture (.npz), or a named scene (csg, village, composition, mandelbulb, gyroid, spheres1000, ...)"
+)
 
 
 def parse_tracer(text: str) -> Tracer:
@@ -82,6 +84,10 @@ def _parser() -> argparse.ArgumentParser:
     common.add_argument("--t-max", type=float, default=100.0, help="end of the rays, world units (default 100)")
     common.add_argument("--precision", choices=("f32", "f64"), default="f32")
     common.add_argument("--device", default="auto", help="auto (a real GPU, else the CPU), cpu, gpu or gpu:N")
+    common.add_argument(
+        "--prune", choices=("auto", "off", "exact", "skip"), default="auto",
+        help="on the CPU: shorten programs place by place (auto: exact where rays are measured, skip in pictures)",
+    )  # fmt: skip
     common.add_argument("--strict", action="store_true", help="on a GPU: keep every rounding, for the CPU's bits")
     common.add_argument("--size", type=_size, metavar="WxH", help="pixels (default: the scene's camera)")
     common.add_argument("--threads", type=int, help="0: SDFRS_THREADS, else all cores (default)")
@@ -100,25 +106,54 @@ def _parser() -> argparse.ArgumentParser:
     stats.add_argument(
         "--tracer", type=parse_tracer, action="append", help=f"{tracer_help}; may be given several times"
     )
+    _convert_parser(commands.add_parser("convert", help="bake a mesh, or a scene, to a texture of signed distances"))
     doctor = commands.add_parser("doctor", help="versions, threads, instruction set, and what is missing")
     doctor.add_argument("--json", action="store_true", help="print as JSON")
     return parser
 
 
+def _resolution(text: str) -> Union[int, tuple[int, ...]]:
+    parts = text.lower().split("x")
+    if len(parts) not in (1, 3) or not all(part.isdecimal() for part in parts):
+        raise argparse.ArgumentTypeError(f"a resolution is N or NXxNYxNZ, like 128 or 256x128x128, got {text!r}")
+    return int(parts[0]) if len(parts) == 1 else tuple(int(part) for part in parts)
+
+
+def _convert_parser(convert: argparse.ArgumentParser) -> None:
+    """The words of `mesh_to_sdf_texture` and `Shape.to_texture`."""
+    convert.add_argument("source", help="a mesh (OBJ, STL, PLY, OFF, GLB), a texture (.npz), a scene file or name")
+    convert.add_argument("-o", "--output", metavar="FILE", help=".npz, .raw or .vol (default: NAME.npz)")
+    convert.add_argument("--resolution", type=_resolution, default=128, metavar="N", help="nodes: N, or NXxNYxNZ")
+    convert.add_argument("--bounds", type=float, nargs=6, metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"))
+    convert.add_argument("--padding", type=float, default=0.1, help="on every side, part of the longest edge (0.1)")
+    convert.add_argument("--sign", default="auto", help="auto, winding, pseudonormal, parity or unsigned (auto)")
+    convert.add_argument("--sparse", action="store_true", help="keep the bricks near the surface alone")
+    convert.add_argument("--band", type=float, help="how near, world units (default: 4 cells)")
+    convert.add_argument("--dtype", default="float32", help="float32, float16, or uint8 with --sparse")
+    convert.add_argument("--confidence", action="store_true", help="how sure each node's sign is, into the file")
+    convert.add_argument("--stepping", default="safe", help="safe, bricks or voxel: how tracers will walk it")
+    convert.add_argument("--threads", type=int, help="0: SDFRS_THREADS, else all cores (default)")
+    convert.add_argument("--json", action="store_true", help="print what was found as JSON")
+    convert.add_argument("--quiet", action="store_true", help="no progress on stderr")
+
+
 def _settings(args: argparse.Namespace) -> dict[str, Any]:
-    names = ("eps", "cone", "max_steps", "t_max", "precision", "device", "strict")
+    names = ("eps", "cone", "max_steps", "t_max", "precision", "device", "prune", "strict")
+    return {**{name: getattr(args, name) for name in names}, "progress": _progress(args)}
+
+
+def _progress(args: argparse.Namespace) -> Optional[bool]:
     # tqdm and the plain line both hide from files and pipes that only want the result.
-    show = not args.quiet and sys.stderr.isatty()
-    return {**{name: getattr(args, name) for name in names}, "progress": True if show else None}
+    return True if not args.quiet and sys.stderr.isatty() else None
 
 
 def _open(args: argparse.Namespace) -> tuple[Any, Any]:
     from .render import fitted_camera, set_threads
-    from .scene import load
+    from .scene import as_scene, load
 
     if args.threads is not None:
         set_threads(args.threads)
-    scene = load(args.scene)
+    scene = as_scene(load(args.scene))
     camera = scene.camera
     if args.size is not None:
         camera = fitted_camera(scene.shape, args.t_max, *args.size) if camera is None else camera.resized(*args.size)
@@ -158,6 +193,48 @@ def _render(args: argparse.Namespace) -> None:
         f"{summary.hits:,} hits, {summary.mean_steps:.1f} steps per ray (p99 {summary.p99_steps}), "
         f"trace {timings_.trace_seconds:.3f} s, shade {timings_.shade_seconds:.3f} s, {image.device}"
     )
+
+
+_MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
+
+
+def _convert(args: argparse.Namespace) -> None:
+    from .mesh import mesh_to_sdf_texture
+    from .render import set_threads
+    from .scene import as_scene, load
+    from .texture import SdfTexture
+
+    if args.threads is not None:
+        set_threads(args.threads)
+    stem, ending = os.path.splitext(os.path.basename(args.source))
+    output = args.output or f"{stem}.npz"
+    names = ("resolution", "padding", "sparse", "band", "dtype", "stepping")
+    settings: dict[str, Any] = {name: getattr(args, name) for name in names}
+    settings["bounds"] = None if args.bounds is None else (args.bounds[:3], args.bounds[3:])
+    settings["progress"] = _progress(args)
+    if ending.lower() in _MESHES:
+        texture = mesh_to_sdf_texture(args.source, sign=args.sign, confidence=args.confidence, **settings)
+    else:
+        found = load(args.source)
+        texture = found if isinstance(found, SdfTexture) else as_scene(found).shape.to_texture(**settings)
+    texture.save(output)
+    nz, ny, nx = texture.shape_zyx
+    report = None if texture.report is None else {**asdict(texture.report), "confidence": None}
+    if args.json:
+        lo, hi = texture.bounds
+        _print_json(
+            {"file": output, "dims": [nx, ny, nz], "sparse": texture.sparse, "dtype": str(texture.dtype),
+             "bytes": texture.nbytes, "bounds": [lo, hi], "spacing": texture.spacing, "max_error": texture.max_error,
+             "lipschitz": texture.lipschitz, "report": report}
+        )  # fmt: skip
+        return
+    print(output)
+    kind = "sparse" if texture.sparse else "dense"
+    print(
+        f"{nx} x {ny} x {nz} nodes, {kind} {texture.dtype}, {texture.nbytes:,} bytes, max error {texture.max_error:.3g}"
+    )
+    if texture.report is not None:
+        print(texture.report)
 
 
 _COLUMNS = (
@@ -227,7 +304,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
         return int(stop.code or 0)
     shown, warnings.showwarning = warnings.showwarning, _say
     try:
-        {"render": _render, "stats": _stats, "doctor": _doctor}[args.command](args)
+        {"render": _render, "stats": _stats, "convert": _convert, "doctor": _doctor}[args.command](args)
     except KeyboardInterrupt:
         print("sdfrs: interrupted, nothing half-written", file=sys.stderr)
         return 130

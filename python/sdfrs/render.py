@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from ._check import Precision
+    from ._check import Precision, Prune
 
 
 def set_threads(count: int) -> None:
@@ -76,6 +76,7 @@ def trace(
     max_steps: int = 1000,
     precision: Precision = "f32",
     device: str = "auto",
+    prune: Prune = "auto",
     strict: bool = False,
     progress: Progress = None,
 ) -> Hits:
@@ -84,6 +85,8 @@ def trace(
     Args: a sample at t is a hit when its value is at most max(eps, cone*t), world units; rays run from
     `t_min` to `t_max` (numbers or (N,)); `max_steps` counts evaluations of the field; `precision` "f32" or "f64";
     `device` and `strict` as for `render`.
+    `prune` on the CPU: "exact" drops operands that cannot win in a cell and keeps every value and count, "skip"
+    steps over empty cells too (fewer steps, the same status), "off" does neither, "auto" is exact where it pays.
     Raises: SceneError for NaN, inf, directions off unit length by more than 1e-3, settings out of range;
     DeviceError for a device that this machine lacks.
 
@@ -98,6 +101,7 @@ def trace(
     node = _shape_of(shape)._node
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
+    _check.choice("prune", prune, _check.PRUNE)
     device, strict = _check.device(device), _check.boolean("strict", strict)
     o, d = _check.points("origins", origins, precision), _check.points("directions", directions, precision)
     if len(o) != len(d):
@@ -105,8 +109,9 @@ def trace(
     lower, upper = _span("t_min", t_min, len(o), precision), _span("t_max", t_max, len(o), precision)
     with reporter(progress, "trace") as callback:
         found = _core.trace(
-            node, tracer.name, tracer._parts(), o, d, lower, upper, eps, cone, max_steps, device, strict, callback
-        )
+            node, tracer.name, tracer._parts(), o, d, lower, upper, eps, cone, max_steps, prune,
+            device, strict, callback,
+        )  # fmt: skip
     _warn_software(found.pop("software"), found["device"])
     return Hits(**{**found, "summary": Summary(**found["summary"])})
 
@@ -134,8 +139,9 @@ def _view(what: Any, camera: Optional[Camera], t_max: float) -> tuple[Scene, Cam
 
 
 def _warn_slope(shape: Shape, summary: Summary) -> None:
-    # Few rays of a coarse picture are no evidence worth a warning.
-    if summary.rays >= 1000 and math.isfinite(summary.witness) and summary.witness > 1.01:
+    # Few rays of a coarse picture are no evidence worth a warning, nor are the steps of textures, which are
+    # safe distances that jump from brick to brick.
+    if not shape._node.textured and summary.rays >= 1000 and math.isfinite(summary.witness) and summary.witness > 1.01:
         need = math.ceil(summary.lipschitz_observed * 1000) / 1000
         warnings.warn(
             f"the field is {summary.witness:.4g} times as steep as declared, so surfaces may be missed: "
@@ -161,12 +167,13 @@ def trace_stats(
     t_max: float = 100.0,
     precision: Precision = "f32",
     device: str = "auto",
+    prune: Prune = "auto",
     strict: bool = False,
     progress: Progress = None,
 ) -> Stats:
     """Traces a camera's rays and returns maps (H, W) and the numbers of the run, without shading.
 
-    Args: as for `render`.
+    Args: as for `render`; `prune` "auto" is exact, so that counts are those of the whole scene.
     Raises: as `render` does. Warns (LipschitzWarning) when the field is steeper than declared.
 
     Examples:
@@ -177,14 +184,15 @@ def trace_stats(
     """
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
+    _check.choice("prune", prune, _check.PRUNE)
     t_max = _check.positive("t_max", t_max)
     device, strict = _check.device(device), _check.boolean("strict", strict)
     _check.choice("precision", precision, ("f32", "f64"))
     scene, cam = _view(scene_or_shape, camera, t_max)
     with reporter(progress, "trace") as callback:
         found = _core.trace_camera(
-            scene.shape._node, cam, tracer.name, tracer._parts(), t_max, eps, cone, max_steps, precision,
-            device, strict, callback,
+            scene.shape._node, cam, tracer.name, tracer._parts(), t_max, eps, cone, max_steps, prune,
+            precision, device, strict, callback,
         )  # fmt: skip
     used = found.pop("device")
     _warn_software(found.pop("software"), used)
@@ -193,7 +201,7 @@ def trace_stats(
     _warn_slope(scene.shape, summary)
     settings = Settings(
         tracer, eps, cone, max_steps, t_max, precision, used, _core.threads(), cam, None, None, None,
-        _core.__version__,
+        _core.__version__, prune,
     )  # fmt: skip
     return Stats(
         status=maps["status"], steps=maps["steps"], fallbacks=maps["fallbacks"], multiplier=maps["multiplier"],
@@ -212,6 +220,7 @@ def render(
     t_max: float = 100.0,
     precision: Precision = "f32",
     device: str = "auto",
+    prune: Prune = "auto",
     strict: bool = False,
     lights: Optional[Sequence[PointLight]] = None,
     progress: Progress = None,
@@ -224,6 +233,7 @@ def render(
     `device` "cpu", "gpu" (any), "gpu:N" (the N-th of `sdfrs doctor`), or "auto": a real GPU where there is one
     and it is worth the way, else the CPU; `img.device` says which and why. GPUs compute in f32; `strict` keeps
     every rounding there, so that the result has the CPU's bits where the driver rounds correctly.
+    `prune` as for `trace`, but "auto" may skip.
     Raises: SceneError for settings out of range and images too large for the memory; DeviceError for a device
     that this machine lacks. Warns (LipschitzWarning) when the field is steeper than declared.
 
@@ -235,6 +245,7 @@ def render(
     """
     tracer = as_tracer(tracer)
     eps, cone, max_steps = _limits(eps, cone, max_steps)
+    _check.choice("prune", prune, _check.PRUNE)
     t_max = _check.positive("t_max", t_max)
     device, strict = _check.device(device), _check.boolean("strict", strict)
     _check.choice("precision", precision, ("f32", "f64"))
@@ -245,7 +256,7 @@ def render(
     with reporter(progress, "render") as callback:
         found = _core.render(
             scene.shape._node, cam, shone, scene.background, scene.albedo, tracer.name, tracer._parts(),
-            t_max, eps, cone, max_steps, precision, device, strict, callback,
+            t_max, eps, cone, max_steps, prune, precision, device, strict, callback,
         )  # fmt: skip
     _warn_software(found["software"], found["device"])
     size = (cam.height, cam.width)
@@ -263,7 +274,7 @@ def render(
         device=found["device"],
         settings=Settings(
             tracer, eps, cone, max_steps, t_max, precision, found["device"], _core.threads(), cam, shone,
-            scene.background, scene.albedo, _core.__version__,
+            scene.background, scene.albedo, _core.__version__, prune,
         ),
         timings=Timings(found["trace_seconds"], found["shade_seconds"]),
     )  # fmt: skip

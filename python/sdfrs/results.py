@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from ._check import Precision, Vec3
+    from ._check import Precision, Prune, Vec3
     from .camera import Camera, PointLight
     from .tracers import Tracer
 
@@ -48,6 +48,7 @@ class Settings:
     background: Optional[Vec3]
     albedo: Optional[Vec3]
     version: str
+    prune: Prune
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,9 @@ class Summary:
 
     Fields: rays by status; `crossings`: safe steps that jumped the surface; `precision_limited`: hits that
     rounding decided, not eps; `inside`: rays that started in the solid; steps per ray (mean, p50, p99, max);
-    `fallbacks`, `evaluations` of the field and `node_evaluations` (instructions) in total; `seconds`; `witness`,
+    `fallbacks`, `evaluations` of the field and `node_evaluations` (operations times points, of programs and of the probes that
+    shortened them) in total; `prune`, what pruning was in use; `mean_ops`, `p50_ops`, `p99_ops`, operations of the
+    program an evaluation ran; `arena_bytes`, what the pruner kept in memory; `seconds`; `witness`,
     the steepest slope seen along a ray over the declared bound, and `lipschitz_observed`, the same in the
     shape's own units.
 
@@ -97,6 +100,11 @@ class Summary:
     fallbacks: int
     evaluations: int
     node_evaluations: int
+    prune: str
+    mean_ops: float
+    p50_ops: int
+    p99_ops: int
+    arena_bytes: int
     seconds: float
     witness: float
     lipschitz_observed: float

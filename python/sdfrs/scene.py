@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, Literal, Optional, overload
 
 from . import _check, _core
 from ._errors import FormatError, SceneError
@@ -17,6 +17,13 @@ from .shapes import Shape
 
 if TYPE_CHECKING:
     from ._check import Vec3
+
+
+SceneName = Literal[
+    "csg", "village", "composition", "mandelbulb", "gyroid", "spheres1000", "grazing_plane", "thin_shell", "near_miss"
+]
+# How a zip file, and so an .npz, begins.
+_ZIP = b"PK\x03\x04"
 
 
 def _color(where: str, value: Any) -> Vec3:
@@ -125,10 +132,14 @@ def shape_from_json(text: str) -> Shape:
     return scene_from_json(text).shape
 
 
-def load(source: PathLike) -> Scene:
-    """A scene from a file, or a named example scene (see `sdfrs.scenes`).
+@overload
+def load(source: SceneName) -> Scene: ...
+@overload
+def load(source: PathLike) -> Any: ...
+def load(source: PathLike) -> Any:
+    """A scene from a file, a named example scene (see `sdfrs.scenes`), or a texture from an .npz file.
 
-    Raises: FormatError when the file is not a scene, with the path of the fault inside it;
+    Raises: FormatError when the file is neither, with the path of the fault inside it;
     FileNotFoundError when there is neither such a file nor such a name.
 
     Examples:
@@ -146,10 +157,15 @@ def load(source: PathLike) -> Scene:
         return scenes.NAMES[name]()
     try:
         with open(name, "rb") as file:
-            data = file.read()
+            data = file.read(len(_ZIP))
+            data += b"" if data == _ZIP else file.read()
     except FileNotFoundError:
         known = ", ".join(scenes.NAMES)
         raise FileNotFoundError(f"no file {name!r}, and no scene of that name (named scenes: {known})") from None
+    if data[:4] == _ZIP:
+        from .texture_file import load_npz
+
+        return load_npz(name)
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -7,7 +7,7 @@ Shapes never change: each operation returns a new one that shares its operands.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
 from . import _check, _core
 from ._errors import SceneError
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
     from ._check import Precision, Vec3, Vec3Like
     from ._expr import Expr, Point
+    from ._progress import Progress
     from .inspection import LipschitzCheck
+    from .texture import Dtype, SdfTexture, Stepping
 
 Axis = Literal["x", "y", "z"]
 
@@ -55,10 +57,8 @@ class Shape:
         if node.op == "texture":
             from .texture import SdfTexture
 
-            cls: type[Shape] = SdfTexture
-        else:
-            cls = Shape
-        result = object.__new__(cls)
+            return SdfTexture._of(node)
+        result = object.__new__(Shape)
         result._node = node
         return result
 
@@ -380,6 +380,39 @@ class Shape:
         if not all(a <= b for a, b in zip(low, high)):
             raise SceneError(f"interval: must have lo <= hi on every axis, got {low} and {high}")
         return self._node.interval(low, high)
+
+    def to_texture(
+        self,
+        resolution: Union[int, tuple[int, int, int]] = 128,
+        *,
+        bounds: Optional[tuple[Vec3Like, Vec3Like]] = None,
+        padding: float = 0.1,
+        dtype: Dtype = "float32",
+        sparse: bool = False,
+        band: Optional[float] = None,
+        stepping: Stepping = "safe",
+        progress: Progress = None,
+    ) -> SdfTexture:
+        """The shape sampled at the nodes of a grid, as a texture (which is a shape again).
+
+        Args: `resolution` nodes along each axis of a cube, or (nx, ny, nz) of the box itself; `bounds` (lo, hi),
+        the outermost nodes (None: the shape's own, grown by `padding` times the longest edge on every side);
+        `dtype` of the samples, "uint8" for sparse ones only; `sparse` keeps the bricks of 8^3 cells that come
+        within `band` of the surface (None: 4 cells); `stepping` as for `SdfTexture`.
+        Raises: SceneError for unbounded shapes without bounds, sparse textures of shapes without a Lipschitz
+        bound, and what would need more than half of the memory.
+
+        Examples:
+            >>> import sdfrs
+            >>> ball = sdfrs.sphere(1).to_texture(65)
+            >>> abs(float(ball([[1.1, 0, 0]])[0]) - 0.1) < 0.01
+            True
+            >>> sdfrs.sphere(1).to_texture(257, sparse=True, dtype="uint8").nbytes < 2_000_000
+            True
+        """
+        from .texture import shape_to_texture
+
+        return shape_to_texture(self, resolution, bounds, padding, dtype, sparse, band, stepping, progress)
 
     def check(self, *, samples: int = 20_000, seed: int = 0) -> LipschitzCheck:
         """Looks for a pair of points that breaks the declared bound, by random search in f64.

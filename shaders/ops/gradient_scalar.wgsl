@@ -1,7 +1,7 @@
 // Gradients, forward: a value with its derivatives is vec4(d/dx, d/dy, d/dz, value). The value is computed by the
 // plain op, so it has the same bits. Twin of lane/dual.rs: at a kink the branch taken, at a zero length 0.
 
-fn d_const(k: u32) -> vec4<f32> { return vec4<f32>(0.0, 0.0, 0.0, consts[k]); }
+fn d_const(c: f32) -> vec4<f32> { return vec4<f32>(0.0, 0.0, 0.0, c); }
 fn d_add(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> { return vec4<f32>(a.xyz + b.xyz, op_add(a.w, b.w)); }
 fn d_sub(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> { return vec4<f32>(a.xyz - b.xyz, op_sub(a.w, b.w)); }
 fn d_mul(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
@@ -59,28 +59,28 @@ fn along(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, slope: vec3<f32>, value: f32)
     return vec4<f32>(x.xyz * slope.x + y.xyz * slope.y + z.xyz * slope.z, value);
 }
 
-fn d_add_const(a: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(a.xyz, op_add_const(a.w, k)); }
-fn d_sub_const(a: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(a.xyz, op_sub_const(a.w, k)); }
-fn d_mul_const(a: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(a.xyz * consts[k], op_mul_const(a.w, k)); }
-fn d_div_const(a: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(a.xyz / consts[k], op_div_const(a.w, k)); }
-fn d_dot(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, k: u32) -> vec4<f32> {
-    return along(x, y, z, vec3<f32>(consts[k], consts[k + 1u], consts[k + 2u]), op_dot(x.w, y.w, z.w, k));
+fn d_add_const(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz, op_add_const(a.w, c)); }
+fn d_sub_const(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz, op_sub_const(a.w, c)); }
+fn d_mul_const(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz * c, op_mul_const(a.w, c)); }
+fn d_div_const(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz / c, op_div_const(a.w, c)); }
+fn d_dot(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
+    return along(x, y, z, vec3<f32>(c.x, c.y, c.z), op_dot(x.w, y.w, z.w, c));
 }
 fn smin_slope(a: vec4<f32>, b: vec4<f32>, width: f32) -> vec3<f32> {
     let d = a.w - b.w;
     let h = op_max(width - abs(d), 0.0) / width;
     return select(b.xyz, a.xyz, a.w < b.w) + (a.xyz - b.xyz) * (0.5 * h * side_of(d));
 }
-fn d_smooth_min(a: vec4<f32>, b: vec4<f32>, k: u32) -> vec4<f32> {
-    return vec4<f32>(smin_slope(a, b, consts[k]), op_smooth_min(a.w, b.w, k));
+fn d_smooth_min(a: vec4<f32>, b: vec4<f32>, c: f32) -> vec4<f32> {
+    return vec4<f32>(smin_slope(a, b, c), op_smooth_min(a.w, b.w, c));
 }
-fn d_smooth_max(a: vec4<f32>, b: vec4<f32>, k: u32) -> vec4<f32> {
-    return vec4<f32>(-smin_slope(-a, -b, consts[k]), op_smooth_max(a.w, b.w, k));
+fn d_smooth_max(a: vec4<f32>, b: vec4<f32>, c: f32) -> vec4<f32> {
+    return vec4<f32>(-smin_slope(-a, -b, c), op_smooth_max(a.w, b.w, c));
 }
-fn d_shell(a: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(a.xyz * side_of(a.w), op_shell(a.w, k)); }
-fn d_elongate(x: vec4<f32>, k: u32) -> vec4<f32> {
-    let inside = -consts[k] < x.w && x.w < consts[k];
-    return vec4<f32>(select(x.xyz, vec3<f32>(0.0), inside), op_elongate(x.w, k));
+fn d_shell(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz * side_of(a.w), op_shell(a.w, c)); }
+fn d_elongate(x: vec4<f32>, c: f32) -> vec4<f32> {
+    let inside = -c < x.w && x.w < c;
+    return vec4<f32>(select(x.xyz, vec3<f32>(0.0), inside), op_elongate(x.w, c));
 }
 // Which of three values is the largest, with the ties of nested maxima.
 fn largest(q: vec3<f32>) -> vec3<f32> {
@@ -88,13 +88,13 @@ fn largest(q: vec3<f32>) -> vec3<f32> {
     return select(rest, vec3<f32>(1.0, 0.0, 0.0), op_max(q.y, q.z) < q.x);
 }
 fn sides(p: vec3<f32>) -> vec3<f32> { return vec3<f32>(side_of(p.x), side_of(p.y), side_of(p.z)); }
-fn d_elongate_inside(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, k: u32) -> vec4<f32> {
+fn d_elongate_inside(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     let p = vec3<f32>(x.w, y.w, z.w);
-    let value = op_elongate_inside(p.x, p.y, p.z, k);
-    let q = abs(p) - vec3<f32>(consts[k], consts[k + 1u], consts[k + 2u]);
+    let value = op_elongate_inside(p.x, p.y, p.z, c);
+    let q = abs(p) - vec3<f32>(c.x, c.y, c.z);
     return along(x, y, z, select(vec3<f32>(0.0), largest(q) * sides(p), value < 0.0), value);
 }
-fn d_repeat(x: vec4<f32>, k: u32) -> vec4<f32> { return vec4<f32>(x.xyz, op_repeat(x.w, k)); }
+fn d_repeat(x: vec4<f32>, c: vec4<f32>) -> vec4<f32> { return vec4<f32>(x.xyz, op_repeat(x.w, c)); }
 fn d_rotate_x(c: vec4<f32>, s: vec4<f32>, x: vec4<f32>, y: vec4<f32>) -> vec4<f32> {
     let slope = c.xyz * x.w + x.xyz * c.w - (s.xyz * y.w + y.xyz * s.w);
     return vec4<f32>(slope, op_rotate_x(c.w, s.w, x.w, y.w));

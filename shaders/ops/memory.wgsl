@@ -1,5 +1,5 @@
-// What a scene brings with it, in group 1: its constants, so that moving an object changes no text, and its grids.
-@group(1) @binding(0) var<storage, read> consts: array<f32>;
+// What a scene brings with it, in group 1: its constants (binding 0, `consts`, which the scene's text declares as
+// long as it needs), so that moving an object changes no text, and its grids.
 @group(1) @binding(1) var<storage, read> grids: array<u32>;
 
 // The same bits, but no compiler can know: `u.zero` is 0 at run time. It keeps `(a + b) - b` from becoming `a`.

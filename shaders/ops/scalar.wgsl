@@ -1,7 +1,7 @@
-// The scalar rows of the op table, and the steps of transforms; operands by value, constants from `k` on.
+// The scalar rows of the op table, and the steps of transforms; operands first, then constants.
 // Order of operations as in op.rs. min and max are `if a < b {a} else {b}`, so that NaN goes the same way.
 
-fn op_const(k: u32) -> f32 { return consts[k]; }
+fn op_const(c: f32) -> f32 { return c; }
 fn op_add(a: f32, b: f32) -> f32 { return keep(a + b); }
 fn op_sub(a: f32, b: f32) -> f32 { return keep(a - b); }
 fn op_mul(a: f32, b: f32) -> f32 { return keep(a * b); }
@@ -31,13 +31,13 @@ fn op_length3(a: f32, b: f32, c: f32) -> f32 {
 }
 fn op_select(a: f32, b: f32, x: f32, y: f32) -> f32 { return select(y, x, a < b); }
 
-fn op_add_const(a: f32, k: u32) -> f32 { return keep(a + consts[k]); }
-fn op_sub_const(a: f32, k: u32) -> f32 { return keep(a - consts[k]); }
-fn op_mul_const(a: f32, k: u32) -> f32 { return keep(a * consts[k]); }
-fn op_div_const(a: f32, k: u32) -> f32 { return keep(a / consts[k]); }
-fn op_dot(x: f32, y: f32, z: f32, k: u32) -> f32 {
-    let xy = keep(keep(x * consts[k]) + keep(y * consts[k + 1u]));
-    return keep(keep(xy + keep(z * consts[k + 2u])) + consts[k + 3u]);
+fn op_add_const(a: f32, c: f32) -> f32 { return keep(a + c); }
+fn op_sub_const(a: f32, c: f32) -> f32 { return keep(a - c); }
+fn op_mul_const(a: f32, c: f32) -> f32 { return keep(a * c); }
+fn op_div_const(a: f32, c: f32) -> f32 { return keep(a / c); }
+fn op_dot(x: f32, y: f32, z: f32, c: vec4<f32>) -> f32 {
+    let xy = keep(keep(x * c.x) + keep(y * c.y));
+    return keep(keep(xy + keep(z * c.z)) + c.w);
 }
 fn clamped(x: f32, lo: f32, hi: f32) -> f32 { return op_min(op_max(x, lo), hi); }
 // Quadratic smooth minimum; 1-Lipschitz in (a, b).
@@ -45,20 +45,20 @@ fn smin(a: f32, b: f32, width: f32) -> f32 {
     let h = keep(op_max(keep(width - abs(keep(a - b))), 0.0) / width);
     return keep(op_min(a, b) - keep(keep(keep(h * h) * width) * 0.25));
 }
-fn op_smooth_min(a: f32, b: f32, k: u32) -> f32 { return smin(a, b, consts[k]); }
-fn op_smooth_max(a: f32, b: f32, k: u32) -> f32 { return -smin(-a, -b, consts[k]); }
-fn op_shell(a: f32, k: u32) -> f32 { return keep(abs(a) - consts[k]); }
-fn op_elongate(x: f32, k: u32) -> f32 { return keep(x - clamped(x, -consts[k], consts[k])); }
-fn op_elongate_inside(x: f32, y: f32, z: f32, k: u32) -> f32 {
-    let q = vec3<f32>(keep(abs(x) - consts[k]), keep(abs(y) - consts[k + 1u]), keep(abs(z) - consts[k + 2u]));
+fn op_smooth_min(a: f32, b: f32, c: f32) -> f32 { return smin(a, b, c); }
+fn op_smooth_max(a: f32, b: f32, c: f32) -> f32 { return -smin(-a, -b, c); }
+fn op_shell(a: f32, c: f32) -> f32 { return keep(abs(a) - c); }
+fn op_elongate(x: f32, c: f32) -> f32 { return keep(x - clamped(x, -c, c)); }
+fn op_elongate_inside(x: f32, y: f32, z: f32, c: vec4<f32>) -> f32 {
+    let q = vec3<f32>(keep(abs(x) - c.x), keep(abs(y) - c.y), keep(abs(z) - c.z));
     return op_min(op_max(q.x, op_max(q.y, q.z)), 0.0);
 }
 // Coordinate within the nearest cell, or a neighbouring one; constants: period, lo, hi, off.
-fn op_repeat(x: f32, k: u32) -> f32 {
-    let v = keep(x / consts[k]);
+fn op_repeat(x: f32, c: vec4<f32>) -> f32 {
+    let v = keep(x / c.x);
     let cell = floor(keep(v + 0.5));
-    let side = select(consts[k + 3u], -consts[k + 3u], v < cell);
-    return keep(x - keep(consts[k] * clamped(keep(cell + side), consts[k + 1u], consts[k + 2u])));
+    let side = select(c.w, -c.w, v < cell);
+    return keep(x - keep(c.x * clamped(keep(cell + side), c.y, c.z)));
 }
 fn op_rotate_x(c: f32, s: f32, x: f32, y: f32) -> f32 { return keep(keep(c * x) - keep(s * y)); }
 fn op_rotate_y(c: f32, s: f32, x: f32, y: f32) -> f32 { return keep(keep(s * x) + keep(c * y)); }

@@ -1,16 +1,16 @@
 // Ops over a table of constants of any length.
 
-// Least of |p - c| - r over n rows of cx, cy, cz, r. Only a sphere with |p - c|^2 < (d + r)^2 can lower the
+// Least of |p - c| - r over the n rows of cx, cy, cz, r from `k` on. Only a sphere with |p - c|^2 < (d + r)^2 can lower the
 // minimum: the others need no root. The slack covers every rounding, so that no bit depends on it.
 fn op_sphere_union(x: f32, y: f32, z: f32, k: u32, n: u32) -> f32 {
-    var d = op_sphere(x, y, z, k);
+    var d = op_sphere(x, y, z, consts[k]);
     for (var i = 1u; i < n; i++) {
-        let row = k + 4u * i;
+        let row = consts[k + i];
         let p = at(x, y, z, row);
-        let reach = keep(d + consts[row + 3u]);
+        let reach = keep(d + row.w);
         let square = keep(keep(keep(p.x * p.x) + keep(p.y * p.y)) + keep(p.z * p.z));
         if square < reach * reach * 1.0000019 + 1.17549435e-38 {
-            d = op_min(keep(keep(sqrt(square)) - consts[row + 3u]), d);
+            d = op_min(keep(keep(sqrt(square)) - row.w), d);
         }
     }
     return d;
@@ -52,15 +52,15 @@ fn real_power(v: f32, n: u32) -> f32 {
 }
 
 // Distance estimate of the Mandelbulb; table: power, iterations, start of the outer field. The pole is y.
-fn op_mandelbulb(px: f32, py: f32, pz: f32, k: u32) -> f32 {
-    let n = u32(consts[k]);
-    let iterations = u32(consts[k + 1u]);
+fn op_mandelbulb(px: f32, py: f32, pz: f32, c: vec4<f32>) -> f32 {
+    let n = u32(c.x);
+    let iterations = u32(c.y);
     var x = pz;
     var y = px;
     var z = py;
     let first = op_length3(x, y, z);
     if !(first < 2.0) {
-        return keep(first - consts[k + 2u]);
+        return keep(first - c.z);
     }
     var dr = 1.0;
     var r = first;

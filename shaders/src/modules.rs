@@ -22,6 +22,7 @@ modules! {
     STRICT "ops/strict"
     MATH "ops/math"
     SCALAR "ops/scalar"
+    FUSED "ops/fused"
     SOLID "ops/solid"
     TABLE "ops/table"
     TEXTURE "ops/texture"
@@ -67,9 +68,9 @@ modules! {
 
 /// What every scene calls: its memory, the ops and their gradients. The uniform `u` with a member `zero`
 /// is the pass's to declare.
-pub fn ops(strict: bool) -> [&'static str; 10] {
+pub fn ops(strict: bool) -> Vec<&'static str> {
     let keep = if strict { STRICT } else { PLAIN };
-    let all =
-        [MEMORY, keep, MATH, SCALAR, SOLID, TABLE, TEXTURE, GRADIENT_SCALAR, GRADIENT_SOLID, GRADIENT_TABLE];
-    all.map(|module| module.text)
+    let values = [MEMORY, keep, MATH, SCALAR, FUSED, SOLID, TABLE, TEXTURE];
+    let gradients = [GRADIENT_SCALAR, GRADIENT_SOLID, GRADIENT_TABLE];
+    values.iter().chain(&gradients).map(|module| module.text).collect()
 }

@@ -15,7 +15,15 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 CORE = ROOT / "crates" / "sdfrs-core" / "src"
 TRACE = ROOT / "crates" / "sdfrs-trace" / "src"
-TEXTS = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/scene-format.md", "docs/tracers.md")
+TEXTS = (
+    "README.md",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "docs/scene-format.md",
+    "docs/texture-format.md",
+    "docs/tracers.md",
+)
 LONGEST = 400
 
 

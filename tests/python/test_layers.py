@@ -9,24 +9,26 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs", "sdfrs-py"]
+CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs", "sdfrs-py"]
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
-        ["error"],
+        ["error", "pool"],
         ["real", "math", "lane", "grid"],
-        ["contract", "pool"],
+        ["contract"],
         ["op"],
         ["shape"],
         ["file", "graph"],
         ["tape"],
         ["eval", "field"],
+        ["bake"],
     ],
     "sdfrs-trace": [
         ["error", "budget"],
         ["camera"],
         ["tracer"],
         ["march"],
+        ["voxel"],
         ["shade", "stats"],
         ["render"],
     ],

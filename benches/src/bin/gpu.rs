@@ -1,5 +1,5 @@
 //! Tracers on the GPU, relative to enhanced sphere tracing: the table of Ban & Valasek 2023 on whatever adapter
-//! there is. `cargo run --manifest-path benches/Cargo.toml --bin gpu -- [adapter number]` prints docs/gpu.md's.
+//! there is. `cargo run --manifest-path benches/Cargo.toml --features gpu --bin gpu -- [adapter number]` prints docs/gpu.md's.
 //!
 //! A frame's time is what the GPU was busy with its rays, by its own timestamps where it has them, without
 //! shading, pipelines and the way of the results to the host. Minima of alternating runs in one process. Before

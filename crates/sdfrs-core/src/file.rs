@@ -5,6 +5,7 @@
 
 mod json;
 mod nodes;
+mod texture;
 
 pub use json::{Fields, Json, MAX_BYTES};
 pub use nodes::{MAX_NODES, nodes_to_json, shape_from_nodes};

@@ -2,6 +2,7 @@
 //!
 //! Data flows one way: `shape -> graph -> tape -> eval -> field`; see ARCHITECTURE.md.
 
+pub mod bake;
 pub mod contract;
 pub mod error;
 pub mod eval;

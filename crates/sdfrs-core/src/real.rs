@@ -130,6 +130,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     fn f64(self) -> f64;
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
+    /// The number of a cell: a whole number from 0 to 2^20.
+    fn cell(self) -> u32;
 }
 
 macro_rules! scalar {
@@ -153,6 +155,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn is_nan(self) -> bool {
                 <$t>::is_nan(self)
+            }
+            #[inline(always)]
+            fn cell(self) -> u32 {
+                self as i32 as u32
             }
         }
 

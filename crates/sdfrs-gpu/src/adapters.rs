@@ -91,9 +91,10 @@ pub(crate) fn kind(info: &wgpu::AdapterInfo) -> Kind {
 }
 
 /// What every adapter must offer: less than WebGPU promises, and more than any driver of today lacks.
-const NEEDED: [(&str, u64); 4] = [
+const NEEDED: [(&str, u64); 5] = [
     ("storage buffers a shader", 8),
     ("bytes in a binding", 128 << 20),
+    ("bytes in a uniform", 64 << 10),
     ("threads in a workgroup", 64),
     ("workgroups along an axis", 65_535),
 ];
@@ -103,6 +104,7 @@ pub(crate) fn check_limits(limits: &wgpu::Limits) -> Result<(), GpuError> {
     let offered = [
         u64::from(limits.max_storage_buffers_per_shader_stage),
         limits.max_storage_buffer_binding_size,
+        limits.max_uniform_buffer_binding_size,
         u64::from(limits.max_compute_invocations_per_workgroup),
         u64::from(limits.max_compute_workgroups_per_dimension),
     ];

@@ -14,8 +14,8 @@ use sdfrs_core::Control;
 use crate::{
     adapters::{self, AdapterInfo, Kind},
     error::GpuError,
+    grids::Grids,
     pipelines::Pipelines,
-    scene::Grids,
 };
 
 /// Which GPU to use.

@@ -5,6 +5,9 @@
 //! worse than linear in a function's length. Moving an object changes constants, so the text stays the
 //! same and nothing is compiled. Law (tests/parity.rs): the CPU's bits in strict mode.
 
+mod consts;
+mod cost;
+mod tape;
 mod text;
 
 use std::{
@@ -17,12 +20,14 @@ use sdfrs_core::{
     graph::{Graph, INPUTS},
 };
 
-use crate::error::GpuError;
+use crate::{error::GpuError, pipelines::Binding};
 
 /// Most ops of a function.
 pub const PART: usize = 1000;
-/// Most ops of a compiled scene; beyond them compiling takes longer than drawing.
-pub const MAX_OPS: usize = 5000;
+/// Most that compiling may cost, in operations of the shader; beyond it the scene is interpreted.
+pub const MAX_COST: usize = 20_000;
+/// Most rows of four constants in a uniform: WebGPU promises 64 KiB everywhere.
+const UNIFORM_ROWS: usize = 4096;
 /// "Never": stands for an infinite constant, since shaders may assume that there is no infinity.
 pub const FAR: f32 = 1e30;
 
@@ -31,7 +36,7 @@ pub const FAR: f32 = 1e30;
 pub struct Emitted {
     /// Declares `field` and `field_gradient`; depends on the structure of the scene alone.
     pub text: String,
-    /// What the shader sees as `consts`.
+    /// What the shader sees as `consts`, in rows of four.
     pub consts: Vec<f32>,
     /// Hash of the text.
     pub key: u64,
@@ -39,14 +44,26 @@ pub struct Emitted {
     pub grids: Vec<Arc<Grid>>,
     /// Whether results between operations are kept as rounded.
     pub strict: bool,
-    /// Number of ops.
+    /// Number of ops, or of instructions.
     pub ops: usize,
+    /// Whether the text is the scene itself; else an interpreter, and the scene is among the constants.
+    pub compiled: bool,
 }
 
 impl Emitted {
+    /// Whether the constants fit a uniform.
+    pub fn is_uniform(&self) -> bool {
+        self.compiled && self.consts.len() <= 4 * UNIFORM_ROWS
+    }
+
+    /// What the shader sees in group 1.
+    pub fn bindings(&self) -> [Binding; 2] {
+        [if self.is_uniform() { Binding::Uniform } else { Binding::Read }, Binding::Read]
+    }
+
     /// The texts to link with a pass.
     pub fn parts(&self) -> Vec<&str> {
-        let mut parts = sdfrs_shaders::ops(self.strict).to_vec();
+        let mut parts = sdfrs_shaders::ops(self.strict);
         parts.push(&self.text);
         parts
     }
@@ -59,35 +76,50 @@ impl Emitted {
     }
 }
 
-/// Emits a scene.
+/// Emits a scene: compiled, or interpreted where compiling would take longer than it saves.
 pub fn emit(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
-    emit_in_parts(graph, strict, PART)
+    let cost: usize = needed(graph).iter().filter_map(|id| graph.node(*id)).map(|n| cost::cost(n.op)).sum();
+    if cost <= MAX_COST { emit_in_parts(graph, strict, PART) } else { emit_interpreted(graph, strict) }
 }
 
 /// Emits a scene as functions of `part` ops at most; the values don't depend on it.
 pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted, GpuError> {
     let order = needed(graph);
-    if order.len() > MAX_OPS {
-        let what = "operations of a scene compiled into a shader".into();
-        return Err(GpuError::Limits { what, asked: order.len() as u64, allowed: MAX_OPS as u64 });
-    }
-    let text = text::scene(graph, &order, part.max(1));
-    let mut hasher = DefaultHasher::new();
-    text.hash(&mut hasher);
-    Ok(Emitted {
-        key: hasher.finish(),
-        text,
-        consts: graph.consts.iter().map(|v| finite(*v)).collect(),
-        grids: graph.grids.clone(),
-        strict,
-        ops: order.len(),
-    })
+    let packed = consts::Packed::new(graph, &order)?;
+    let mut text = declaration(packed.rows.len());
+    text::scene(&mut text, graph, &order, &packed.arguments, part.max(1));
+    Ok(finish(graph, text, packed.rows, strict, order.len(), true))
 }
 
-/// A constant as f32, never infinite.
-fn finite(v: f64) -> f32 {
-    let v = v as f32;
-    if v.is_infinite() { FAR.copysign(v) } else { v }
+/// Emits a scene as a program for an interpreter, which scenes of the same ops share.
+pub fn emit_interpreted(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
+    let tape::Interpreted { text, rows, instructions } = tape::interpreted(graph)?;
+    Ok(finish(graph, text, rows, strict, instructions, false))
+}
+
+fn finish(
+    graph: &Graph,
+    text: String,
+    rows: Vec<[f32; 4]>,
+    strict: bool,
+    ops: usize,
+    compiled: bool,
+) -> Emitted {
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    let mut consts = rows.into_flattened();
+    consts.resize(consts.len().max(4), 0.0);
+    Emitted { text, consts, key: hasher.finish(), grids: graph.grids.clone(), strict, ops, compiled }
+}
+
+/// Uniforms are declared as long as they are.
+fn declaration(rows: usize) -> String {
+    let at = "@group(1) @binding(0)";
+    if rows <= UNIFORM_ROWS {
+        format!("{at} var<uniform> consts: array<vec4<f32>, {}>;\n", rows.max(1))
+    } else {
+        format!("{at} var<storage, read> consts: array<vec4<f32>>;\n")
+    }
 }
 
 /// The ops that the root needs, in order of definition.

@@ -16,7 +16,7 @@ use crate::{
     emit::{self, Emitted},
     error::GpuError,
     pace::Pace,
-    pipelines::{self, Binding, Pipeline, SCENE},
+    pipelines::{self, Binding, Pipeline},
     scene::Scene,
 };
 
@@ -93,7 +93,9 @@ impl GpuField {
         }
         let most = BATCH[1].min(points.len() as u64);
         let batch = self.batch(entry, most, width as u64)?;
-        let mut pace = Pace::new(BATCH[0].min(most), most);
+        // Long scenes start with fewer points: the first batch is a guess, and nothing can cut it short.
+        let least = (BATCH[0] * 1000 / (1000 + self.emitted.ops as u64)).max(GROUP);
+        let mut pace = Pace::new(least.min(most), most);
         let mut at = 0;
         while at < points.len() {
             if control.is_cancelled() {
@@ -112,7 +114,7 @@ impl GpuField {
     /// The compiled shader of an entry point: `evaluate` or `evaluate_gradient`.
     pub fn pipeline(&self, entry: &str) -> Result<Arc<Pipeline>, GpuError> {
         let text = self.emitted.link(&[sdfrs_shaders::EVALUATE.text], entry)?;
-        self.device.pipelines().get(&self.device, &text, entry, &[&PASS, &SCENE])
+        self.device.pipelines().get(&self.device, &text, entry, &[&PASS, &self.emitted.bindings()])
     }
 
     fn batch(&self, entry: &str, most: u64, width: u64) -> Result<Batch, GpuError> {

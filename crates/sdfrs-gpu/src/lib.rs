@@ -13,6 +13,7 @@ pub mod emit;
 pub mod error;
 pub mod field;
 pub mod march;
+pub mod grids;
 pub mod pace;
 pub mod pipelines;
 pub mod render;

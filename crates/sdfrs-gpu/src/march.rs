@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use sdfrs_core::{
     Control, Hits, Limits, Rays, Shape, Status,
-    contract::check_spans,
+    contract::{Work, check_spans},
     graph::{Form, Graph},
 };
 use sdfrs_trace::{Tracer, march::Source};
@@ -350,5 +350,6 @@ fn blank(n: usize) -> Hits<f32> {
         witness: vec![0.0; n],
         flags: vec![0; n],
         threshold: 0.0,
+        work: Work::default(),
     }
 }

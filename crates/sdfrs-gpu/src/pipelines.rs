@@ -24,9 +24,6 @@ pub enum Binding {
     ReadWrite,
 }
 
-/// The bindings of a scene, always group 1: constants, then grids.
-pub const SCENE: [Binding; 2] = [Binding::Read, Binding::Read];
-
 /// A compiled shader with the layouts of its bind groups.
 #[derive(Debug)]
 pub struct Pipeline {

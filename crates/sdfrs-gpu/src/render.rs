@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use sdfrs_core::{Control, Hits, Limits, Program, Shape};
+use sdfrs_core::{Control, Hits, Limits, Program, Shape, contract::Work};
 use sdfrs_trace::{
     TraceError, Tracer,
     camera::Camera,
@@ -65,8 +65,8 @@ pub fn trace_camera(
     let view = View::new(camera, tracer, t_max, settings.strict)?;
     let scene = Compiled::new(device, shape, settings)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let (hits, course) = job.run(view.pixels, &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
-    let summary = summarise(shape, &hits, course.walked)?;
+    let (mut hits, course) = job.run(view.pixels, &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
+    let summary = summarise(shape, &mut hits, course.walked)?;
     Ok((hits, summary, course))
 }
 
@@ -93,21 +93,23 @@ pub fn render(
         shade_seconds += start.elapsed().as_secs_f64();
         done
     };
-    let (hits, course) = job.run(view.pixels, &view.source(), Some(what.camera.width), shade)?;
+    let (mut hits, course) = job.run(view.pixels, &view.source(), Some(what.camera.width), shade)?;
     let picture = Picture {
         width: what.camera.width,
         height: what.camera.height,
         normals,
         rgb,
-        summary: summarise(what.shape, &hits, course.walked)?,
+        summary: summarise(what.shape, &mut hits, course.walked)?,
         hits,
         timings: Timings { trace_seconds: course.walked, shade_seconds },
     };
     Ok((picture, course))
 }
 
-/// The numbers of a trace; `nodes` are those of the CPU's program, so that both devices count alike.
-pub fn summarise(shape: &Shape, hits: &Hits<f32>, seconds: f64) -> Result<Summary, GpuError> {
-    let nodes = Program::<f32>::for_tracing(shape)?.tape().instructions().len() as u64;
-    Ok(Summary::of(hits, seconds, shape.lipschitz(), nodes))
+/// The numbers of a trace; operations are those of the CPU's program, so that both devices count alike.
+pub fn summarise(shape: &Shape, hits: &mut Hits<f32>, seconds: f64) -> Result<Summary, GpuError> {
+    let ops = Program::<f32>::for_tracing(shape)?.tape().ops();
+    hits.work = Work::default();
+    hits.work.add(ops, hits.steps.iter().map(|n| u64::from(*n)).sum());
+    Ok(Summary::of(hits, seconds, shape.lipschitz()))
 }

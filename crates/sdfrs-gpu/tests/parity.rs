@@ -9,11 +9,14 @@ use std::collections::BTreeSet;
 use common::shapes::{Random, build, everything, grid, moved, num, primitives, vec3};
 use sdfrs_core::{
     Grid, GridValues, Shape,
-    graph::{Form, Graph},
+    graph::{Form, Graph, Node},
     op::Op,
     shape::Kind,
 };
-use sdfrs_gpu::{GpuError, GpuField, emit::emit_in_parts};
+use sdfrs_gpu::{
+    GpuField,
+    emit::{emit, emit_in_parts, emit_interpreted},
+};
 
 /// Where two lists of numbers differ in bits; NaNs are one number, and so are zeros.
 fn differences(a: &[f32], b: &[f32]) -> Vec<usize> {
@@ -91,6 +94,34 @@ fn others() -> Vec<(String, Shape)> {
     ]
 }
 
+/// Scenes of one op each that only tapes name: pairs which they fuse.
+fn pairs() -> Vec<(String, Graph)> {
+    let fused = Op::ALL.iter().filter(|op| **op >= Op::MulAdd && **op <= Op::Cut);
+    fused
+        .map(|&op| {
+            let n = op.constants().unwrap() as u32;
+            let mut graph = Graph::default();
+            graph.nodes.push(Node { op, a: [0, 1, 2, 1], k: 0, n });
+            graph.consts = vec![1.7, 0.3];
+            graph.root = 3;
+            (op.name().to_string(), graph)
+        })
+        .collect()
+}
+
+#[test]
+fn fused_pairs_have_the_cpus_bits() {
+    let Some(device) = common::device() else { return };
+    let points = common::points(100, 2.0);
+    for (name, graph) in pairs() {
+        let field = GpuField::of(&device, emit(&graph, true).unwrap()).unwrap();
+        let cpu = common::run(&graph, &points);
+        assert_bits(&name, &points, &field.evaluate(&points).unwrap(), &cpu);
+        let values: Vec<f32> = field.gradient(&points).unwrap().iter().map(|g| g[3]).collect();
+        assert_bits(&name, &points, &values, &cpu);
+    }
+}
+
 fn all_shapes() -> Vec<(String, Shape)> {
     everything().into_iter().chain(others()).chain(formulas()).collect()
 }
@@ -108,6 +139,7 @@ fn every_op_is_compared() {
             }
         }
     }
+    seen.extend(pairs().iter().map(|(_, graph)| graph.nodes[0].op));
     let missing: Vec<_> = Op::ALL.iter().filter(|op| !seen.contains(op)).map(|op| op.name()).collect();
     assert!(missing.is_empty(), "no scene of this test has {missing:?}");
 }
@@ -216,14 +248,36 @@ fn many(n: usize, random: &mut Random) -> Shape {
     build("union", &[("k", num(0.0))], &boxes.iter().collect::<Vec<_>>())
 }
 
+/// What is too long to compile is interpreted; what an interpreter computes has the same bits.
 #[test]
-fn too_long_a_scene_is_refused_by_number() {
+fn interpreted_scenes_have_the_same_bits() {
     let Some(device) = common::device() else { return };
-    let shape = many(2600, &mut Random(4));
-    let Err(GpuError::Limits { asked, allowed, .. }) = GpuField::new(&device, &shape) else {
-        panic!("a shader of {} ops", common::instructions(&shape, Form::Value));
-    };
-    assert_eq!((asked, allowed), (5199, 5000));
+    let points = common::points(100, 2.0);
+    let one_of_each = |n: &str| matches!(n, "union(torus)" | "scale(box)" | "twist(texture)" | "shell(cone)");
+    let shapes = all_shapes().into_iter().filter(|(n, _)| !n.contains('(') || one_of_each(n));
+    for (name, shape) in shapes {
+        let graph = Graph::new(&shape, Form::Value).unwrap();
+        let field = GpuField::of(&device, emit_interpreted(&graph, true).unwrap()).unwrap();
+        assert_bits(&name, &points, &field.evaluate(&points).unwrap(), &common::values(&shape, &points));
+    }
+}
+
+#[test]
+fn long_scenes_are_interpreted_by_one_text() {
+    let Some(device) = common::device() else { return };
+    let points = common::points(30, 2.0);
+    let fields = [2600, 3000].map(|n| {
+        let shape = many(n, &mut Random(n as u64));
+        let field = GpuField::with(&device, &shape, Form::Value, true).unwrap();
+        assert!(!field.emitted().compiled);
+        assert_bits("boxes", &points, &field.evaluate(&points).unwrap(), &common::values(&shape, &points));
+        let (gpu, cpu) = (field.gradient(&points[..20]).unwrap(), common::gradients(&shape, &points[..20]));
+        for (a, b) in gpu.iter().zip(&cpu) {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() <= 1e-4), "GPU {a:?}, CPU {b:?}");
+        }
+        field
+    });
+    assert_eq!(fields[0].emitted().text, fields[1].emitted().text);
 }
 
 /// Moving an object, or changing its size, is a matter of constants.
@@ -252,28 +306,5 @@ fn moving_an_object_compiles_nothing() {
             &first.pipeline("evaluate").unwrap()
         ));
         assert_ne!(field.evaluate(&points).unwrap(), at_first);
-    }
-}
-
-#[test]
-#[ignore = "measure"]
-fn measure() {
-    let Some(device) = common::device() else { return };
-    let points = common::points(16, 2.0);
-    for n in [25, 50, 100, 200, 400] {
-        for strict in [false, true] {
-            let shape = many(n, &mut Random(3));
-            let field = GpuField::with(&device, &shape, Form::Value, strict).unwrap();
-            for entry in ["evaluate", "evaluate_gradient"] {
-                let width = if entry == "evaluate" { 1 } else { 4 };
-                let mut out = vec![0.0; points.len() * width];
-                let t = std::time::Instant::now();
-                field.pipeline(entry).unwrap();
-                let a = t.elapsed();
-                field.run(entry, &points, &mut out, width, &sdfrs_core::Control::new()).unwrap();
-                let b = t.elapsed();
-                println!("{n} boxes, strict {strict}, {entry}: pipeline {a:?}, first dispatch {:?}", b - a);
-            }
-        }
     }
 }

@@ -8,7 +8,7 @@ use sdfrs_core::{
     graph::{Form, Graph},
     op::Op,
 };
-use sdfrs_gpu::emit::emit;
+use sdfrs_gpu::emit::{emit, emit_interpreted};
 
 fn check(text: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
@@ -22,8 +22,9 @@ fn check(text: &str) -> naga::Module {
 #[test]
 fn the_whole_library_has_every_op_and_its_gradient() {
     for strict in [false, true] {
-        let text = sdfrs_shaders::ops(strict).join("\n")
-            + "struct Params { zero: u32 }\n@group(0) @binding(0) var<uniform> u: Params;";
+        let own = "struct Params { zero: u32 }\n@group(0) @binding(0) var<uniform> u: Params;\n\
+            @group(1) @binding(0) var<uniform> consts: array<vec4<f32>, 16>;";
+        let text = sdfrs_shaders::ops(strict).join("\n") + own;
         let module = check(&text);
         let there = |prefix: &str, op: &Op| {
             let name = format!("{prefix}_{}", op.name());
@@ -45,6 +46,8 @@ fn every_scene_is_valid_and_flat() {
             for entry in ["evaluate", "evaluate_gradient"] {
                 check(&emitted.link(&[sdfrs_shaders::EVALUATE.text], entry).unwrap());
             }
+            let interpreted = emit_interpreted(&Graph::new(&shape, form).unwrap(), strict).unwrap();
+            check(&interpreted.link(&[sdfrs_shaders::EVALUATE.text], "evaluate_gradient").unwrap());
             let deepest = emitted.text.lines().map(|l| l.matches('(').count()).max().unwrap_or(0);
             assert!(deepest <= 2, "{name} nests calls");
             let odd = emitted.consts.iter().find(|v| !v.is_finite());

@@ -1,7 +1,33 @@
 //! Triangles in, signed distances at the nodes of a grid out.
 
+#[cfg(test)]
+extern crate self as sdfrs_mesh;
+#[cfg(test)]
+#[path = "../tests/signs/meshes.rs"]
+mod meshes;
+
+mod afterwards;
+pub mod bake;
+mod bricks;
+mod budget;
+pub mod check;
+mod clusters;
+mod dense;
+mod descent;
 pub mod error;
+mod error_bound;
+mod exact;
+mod examine;
+mod frames;
+mod grid;
+pub mod isa;
+mod kernels;
+mod lanes;
+mod leaves;
 pub mod mesh;
+pub mod read;
+mod shared;
+mod sides;
 pub mod sign;
 
 pub use error::MeshError;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
 use sdfrs::device::{self, Choice, On};
-use sdfrs_core::{Limits, Program, SceneError, Span, eval::Native};
+use sdfrs_core::{Limits, Prune, Program, SceneError, Span, eval::Native};
 use sdfrs_trace::{
     Tracer,
     camera::{Camera, Kind},
@@ -142,8 +142,18 @@ pub fn tracer(name: &str, parts: &Bound<'_, PyDict>) -> PyResult<Tracer> {
     tracer.map_err(|e| Fault::from(e).into())
 }
 
-pub fn limits(eps: f64, cone: f64, max_steps: u32) -> PyResult<Limits> {
-    let limits = Limits { eps, cone, max_steps };
+/// `skip`: whether automatic pruning may step over empty cells.
+pub fn limits(eps: f64, cone: f64, max_steps: u32, prune: &str, skip: bool) -> PyResult<Limits> {
+    let prune = match prune {
+        "auto" => Prune::Auto { skip },
+        "off" => Prune::Off,
+        "exact" => Prune::Exact,
+        "skip" => Prune::Skip,
+        other => {
+            return Err(scene(format!("prune must be 'auto', 'off', 'exact' or 'skip', got {other:?}")));
+        }
+    };
+    let limits = Limits { eps, cone, max_steps, prune };
     limits.check().map_err(Fault::from)?;
     Ok(limits)
 }

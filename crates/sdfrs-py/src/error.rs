@@ -8,7 +8,9 @@ use pyo3::{
     types::{PyString, PyType},
 };
 use sdfrs::device::DeviceError;
+use sdfrs::texture::TextureError;
 use sdfrs_core::{FormatError, SceneError};
+use sdfrs_mesh::MeshError;
 use sdfrs_trace::TraceError;
 
 /// What a call can end with, apart from errors that Python itself raised.
@@ -17,6 +19,7 @@ pub enum Fault {
     Scene(String),
     Format(String),
     Device(String),
+    Mesh(String),
     Internal(String),
 }
 
@@ -29,6 +32,21 @@ impl From<SceneError> for Fault {
 impl From<FormatError> for Fault {
     fn from(e: FormatError) -> Self {
         Fault::Format(e.to_string())
+    }
+}
+
+impl From<MeshError> for Fault {
+    fn from(e: MeshError) -> Self {
+        Fault::Mesh(e.to_string())
+    }
+}
+
+impl From<TextureError> for Fault {
+    fn from(e: TextureError) -> Self {
+        match e {
+            TextureError::Mesh(e) => e.into(),
+            TextureError::Scene(e) => e.into(),
+        }
     }
 }
 
@@ -57,6 +75,7 @@ impl From<Fault> for PyErr {
             Fault::Scene(message) => raise(py, &SCENE, "SceneError", &message),
             Fault::Format(message) => raise(py, &FORMAT, "FormatError", &message),
             Fault::Device(message) => raise(py, &DEVICE, "DeviceError", &message),
+            Fault::Mesh(message) => raise(py, &MESH, "MeshError", &message),
             Fault::Internal(message) => raise(py, &INTERNAL, "InternalError", &message),
         })
     }
@@ -65,6 +84,7 @@ impl From<Fault> for PyErr {
 static SCENE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static FORMAT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static DEVICE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static MESH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static INTERNAL: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 fn raise(py: Python<'_>, slot: &PyOnceLock<Py<PyType>>, name: &str, message: &str) -> PyErr {

@@ -7,8 +7,10 @@ mod args;
 mod call;
 mod device;
 mod error;
+mod mesh;
 mod node;
 mod scene;
+mod texture;
 mod trace;
 mod values;
 
@@ -40,9 +42,15 @@ mod _core {
     use crate::{
         args::{camera_check, camera_rays},
         device::adapters,
+        mesh::{Triangles, mesh_to_texture},
         node::Node,
         scene::{scene_from_json, scene_to_json},
-        set_threads, simd_level, threads,
+        set_threads, simd_level,
+        texture::{
+            most_bytes, texture_changed, texture_dense, texture_facts, texture_layers, texture_nodes,
+            texture_of_shape, texture_slopes, texture_sparse, texture_table,
+        },
+        threads,
         trace::{render, trace, trace_camera},
     };
 

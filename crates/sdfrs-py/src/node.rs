@@ -1,15 +1,15 @@
 //! A node of the scene graph as Python holds it; `sdfrs.Shape` and `sdfrs.Expr` wrap it.
 
-use std::sync::OnceLock;
+use std::{collections::HashSet, sync::OnceLock};
 
-use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::PyReadonlyArray2;
 use pyo3::{
     IntoPyObjectExt,
     exceptions::PyTypeError,
     prelude::*,
     types::{PyBool, PyFloat, PyInt, PyList, PyString},
 };
-use sdfrs_core::{Args, Grid, GridValues, Program, SceneError, Shape, Value};
+use sdfrs_core::{Args, Grid, Program, SceneError, Shape, Value};
 
 use crate::{
     args::{Number, flat, rows, triples},
@@ -90,20 +90,6 @@ impl Node {
         Ok(Self::new(Shape::build(op, args?, shapes?).map_err(Fault::from)?))
     }
 
-    /// A grid of samples [z, y, x] between two corners.
-    #[staticmethod]
-    fn texture(py: Python<'_>, values: &Bound<'_, PyAny>, lo: [f64; 3], hi: [f64; 3]) -> PyResult<Self> {
-        let (values, dims) = if let Ok(v) = values.extract::<PyReadonlyArray3<'_, f32>>() {
-            (GridValues::F32(v.as_array().iter().copied().collect()), v.dims())
-        } else if let Ok(v) = values.extract::<PyReadonlyArray3<'_, f64>>() {
-            (GridValues::F64(v.as_array().iter().copied().collect()), v.dims())
-        } else {
-            return Err(PyTypeError::new_err("values must be a 3-dimensional float32 or float64 array"));
-        };
-        let [nz, ny, nx] = [dims[0], dims[1], dims[2]];
-        call::short(py, || Ok(Self::new(Shape::texture(Grid::new(values, [nx, ny, nz], lo, hi)?)?)))
-    }
-
     #[getter]
     fn op(&self) -> &'static str {
         self.shape.op()
@@ -136,6 +122,21 @@ impl Node {
     #[getter]
     fn depends_on_point(&self) -> bool {
         self.shape.depends_on_point()
+    }
+
+    /// Whether a texture is part of it: what its walks see is then no measure of a declared bound.
+    #[getter]
+    fn textured(&self) -> bool {
+        let (mut seen, mut stack) = (HashSet::new(), vec![&self.shape]);
+        while let Some(shape) = stack.pop() {
+            if seen.insert(shape.ptr_id()) {
+                if shape.grid().is_some() {
+                    return true;
+                }
+                stack.extend(shape.children());
+            }
+        }
+        false
     }
 
     #[getter]
@@ -196,36 +197,15 @@ impl Node {
     fn interval(&self, py: Python<'_>, lo: [f64; 3], hi: [f64; 3]) -> PyResult<(f64, f64)> {
         call::short(py, || Ok(sdfrs_core::eval::interval(&self.shape, lo, hi)?))
     }
-
-    /// The samples of a texture, [z, y, x].
-    fn grid_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let grid = self.grid()?;
-        let [nx, ny, nz] = grid.dims();
-        let size = [nz, ny, nx];
-        match grid.values() {
-            GridValues::F32(v) => array(flat(py, v.to_vec()).reshape(size)?),
-            GridValues::F64(v) => array(flat(py, v.to_vec()).reshape(size)?),
-        }
-    }
-
-    /// The corners of a texture.
-    fn grid_bounds<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        corners(py, self.grid()?.bounds())
-    }
 }
 
 impl Node {
-    fn grid(&self) -> PyResult<&Grid> {
+    pub fn grid(&self) -> PyResult<&Grid> {
         match self.shape.grid() {
             Some(grid) => Ok(grid),
             None => Err(PyTypeError::new_err(format!("{} is not a texture", self.shape.op()))),
         }
     }
-}
-
-fn array<'py, T: numpy::Element>(array: Bound<'py, PyArray3<T>>) -> PyResult<Bound<'py, PyAny>> {
-    let py = array.py();
-    array.into_bound_py_any(py)
 }
 
 /// Two corners as tuples of floats.

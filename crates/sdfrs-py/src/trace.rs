@@ -50,6 +50,7 @@ pub fn trace<'py>(
     eps: f64,
     cone: f64,
     max_steps: u32,
+    prune: &str,
     device: &str,
     strict: bool,
     progress: Option<Py<PyAny>>,
@@ -75,7 +76,7 @@ pub fn trace<'py>(
         })?;
         hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
     if let (Ok(o), Ok(d)) = (origins.extract(), directions.extract()) {
         return run::<f32>(py, &job, [o, d], [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress);
     }
@@ -96,6 +97,7 @@ pub fn trace_camera<'py>(
     eps: f64,
     cone: f64,
     max_steps: u32,
+    prune: &str,
     precision: &str,
     device: &str,
     strict: bool,
@@ -115,7 +117,7 @@ pub fn trace_camera<'py>(
         })?;
         hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     if args::is_f32(precision)? {
         run::<f32>(py, &job, &camera, t_max, progress)
@@ -140,6 +142,7 @@ pub fn render<'py>(
     eps: f64,
     cone: f64,
     max_steps: u32,
+    prune: &str,
     precision: &str,
     device: &str,
     strict: bool,
@@ -163,7 +166,7 @@ pub fn render<'py>(
         dict.set_item("shade_seconds", picture.timings.shade_seconds)?;
         Ok(dict)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps)?, (device, strict))?;
+    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, true)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     let lights = scene::lights(lights);
     let scene =
@@ -214,12 +217,16 @@ fn summary_fields<'py>(py: Python<'py>, s: &Summary) -> PyResult<Bound<'py, PyDi
         ("fallbacks", s.fallbacks),
         ("evaluations", s.evaluations),
         ("node_evaluations", s.node_evaluations),
+        ("p50_ops", s.p50_ops),
+        ("p99_ops", s.p99_ops),
+        ("arena_bytes", s.arena_bytes),
     ];
     for (name, value) in counts {
         dict.set_item(name, value)?;
     }
     let figures = [
         ("mean_steps", s.mean_steps),
+        ("mean_ops", s.mean_ops),
         ("seconds", s.seconds),
         ("witness", s.witness),
         ("lipschitz_observed", s.lipschitz_observed),
@@ -227,5 +234,6 @@ fn summary_fields<'py>(py: Python<'py>, s: &Summary) -> PyResult<Bound<'py, PyDi
     for (name, value) in figures {
         dict.set_item(name, value)?;
     }
+    dict.set_item("prune", s.prune)?;
     Ok(dict)
 }

@@ -10,6 +10,7 @@ pub mod render;
 pub mod shade;
 pub mod stats;
 pub mod tracer;
+pub mod voxel;
 
 pub use camera::Camera;
 pub use error::TraceError;

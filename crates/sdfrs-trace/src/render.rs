@@ -18,10 +18,11 @@ use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march::{self, Ray, Source},
+    march::{Ray, Source},
     shade::{PointLight, Surface, normal::Gradients},
     stats::Summary,
     tracer::Tracer,
+    voxel,
 };
 
 /// Consecutive pixels shaded by one worker at a time.
@@ -118,7 +119,7 @@ pub fn trace_camera<T: Native>(
     let program = Program::<T>::for_tracing(shape)?;
     let rays = CameraRays::new(camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
+    let hits = voxel::trace(shape, &program, tracer, &rays, limits, control)?;
     let summary = summarise(shape, &hits, start.elapsed().as_secs_f64());
     Ok((hits, summary))
 }
@@ -136,7 +137,7 @@ pub fn render<T: Native>(
     let program = Program::<T>::for_tracing(scene.shape)?;
     let rays = CameraRays::new(scene.camera, tracer, t_max)?;
     let start = Instant::now();
-    let hits = march::trace_source(&program, tracer, &rays, limits, control)?;
+    let hits = voxel::trace(scene.shape, &program, tracer, &rays, limits, control)?;
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let (normals, rgb) = Shading { program: &program, rays: &rays, scene, hits: &hits }.run(control)?;

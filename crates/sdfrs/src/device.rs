@@ -6,11 +6,12 @@
 
 use std::{fmt, str::FromStr};
 
-use sdfrs_core::{Hits, Limits, Program, Rays, SceneError, Shape, eval, pool};
+use sdfrs_core::{Hits, Limits, Program, Rays, SceneError, Shape, contract, eval, pool};
 use sdfrs_trace::{
-    Camera, TraceError, Tracer, march,
+    Camera, TraceError, Tracer,
     render::{self, Picture, Scene},
     stats::Summary,
+    voxel,
 };
 
 use crate::Control;
@@ -204,8 +205,9 @@ impl Number for f32 {
         let cpu = || cpu_trace(shape, tracer, rays, limits, control);
         #[cfg(feature = "gpu")]
         let gpu = |device: &gpu::Device, settings| {
-            let (hits, course) = gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
-            let summary = gpu::render::summarise(shape, &hits, course.walked)?;
+            let (mut hits, course) =
+                gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
+            let summary = gpu::render::summarise(shape, &mut hits, course.walked)?;
             Ok((hits, summary))
         };
         let ((hits, summary), used) = either!(on, rays.origins.len() as u64, cpu, gpu);
@@ -256,10 +258,10 @@ fn cpu_trace<T: eval::Native>(
 ) -> Result<(Hits<T>, Summary), TraceError> {
     let program = Program::<T>::for_tracing(shape)?;
     let start = std::time::Instant::now();
-    let hits = march::trace(&program, tracer, rays, limits, control)?;
+    contract::check_spans(rays.origins.len(), &rays.t_min, &rays.t_max, tracer.needs_finite_range())?;
+    let hits = voxel::trace(shape, &program, tracer, rays, limits, control)?;
     let seconds = start.elapsed().as_secs_f64();
-    let nodes = program.tape().instructions().len() as u64;
-    let summary = Summary::of(&hits, seconds, shape.lipschitz(), nodes);
+    let summary = Summary::of(&hits, seconds, shape.lipschitz());
     Ok((hits, summary))
 }
 

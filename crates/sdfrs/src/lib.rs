@@ -22,13 +22,16 @@
 //! ```
 
 pub mod device;
+pub mod polygons;
 pub mod scene;
+pub mod texture;
 
 pub use scene::SceneFile;
 pub use sdfrs_core::{
     Control, Field, FormatError, Grid, GridValues, Hits, Limits, Program, Prune, Rays, Scalar, SceneError, Scratch,
     Shape, Span, Status, Value, contract, pool,
 };
+pub use sdfrs_mesh as mesh;
 pub use sdfrs_trace::{Form, SearchForm, TraceError, Tracer};
 pub use sdfrs_trace::{budget, camera, march, render, shade, stats, tracer};
 pub use sdfrs_trace::{camera::Camera, shade::PointLight, shade::Surface, stats::Summary};

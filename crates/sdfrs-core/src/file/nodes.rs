@@ -6,12 +6,12 @@
 
 use std::collections::HashMap;
 
-use base64::{Engine, engine::general_purpose::STANDARD};
-
-use super::json::{Fields, Json, cut};
+use super::{
+    json::{Json, cut},
+    texture::{grid_from_json, grid_to_json},
+};
 use crate::{
     error::FormatError,
-    grid::{Grid, GridValues},
     shape::{Args, Shape, Value},
 };
 
@@ -152,80 +152,6 @@ fn children_from_json(json: &Json, earlier: &[Shape]) -> Result<Vec<Shape>, Form
         children.push(child.clone());
     }
     Ok(children)
-}
-
-fn grid_to_json(grid: &Grid) -> Json {
-    let (dtype, bytes): (_, Vec<u8>) = match grid.values() {
-        GridValues::F32(v) => ("f32", v.iter().flat_map(|v| v.to_le_bytes()).collect()),
-        GridValues::F64(v) => ("f64", v.iter().flat_map(|v| v.to_le_bytes()).collect()),
-    };
-    let (lo, hi) = grid.bounds();
-    Json::object([
-        ("op", Json::text("texture")),
-        ("dims", Json::List(grid.dims().map(|n| Json::Int(n as i64)).into())),
-        ("dtype", Json::text(dtype)),
-        ("lo", Json::vec3(lo)),
-        ("hi", Json::vec3(hi)),
-        ("data", Json::Text(STANDARD.encode(bytes))),
-    ])
-}
-
-fn grid_from_json(json: &Json, path: &str) -> Result<Shape, FormatError> {
-    let mut fields = Fields::of(json, path)?;
-    fields.required("op")?;
-    let (dims, at) = fields.required("dims")?;
-    let (list, mut sizes) = (dims.as_list(&at)?, [0usize; 3]);
-    if list.len() != 3 {
-        return Err(FormatError::new(at, format!("got {} sizes, allowed: three", list.len())));
-    }
-    for (i, (size, item)) in sizes.iter_mut().zip(list).enumerate() {
-        *size = item.as_count(&format!("{at}[{i}]"), 1 << 20)? as usize;
-    }
-    let (dtype, at) = fields.required("dtype")?;
-    let width = match dtype.as_text(&at)? {
-        "f32" => 4,
-        "f64" => 8,
-        _ => {
-            return Err(FormatError::new(
-                at,
-                format!("got {}, allowed: \"f32\" or \"f64\"", dtype.describe()),
-            ));
-        }
-    };
-    let (lo, at) = fields.required("lo")?;
-    let lo = lo.as_vec3(&at)?;
-    let (hi, at) = fields.required("hi")?;
-    let hi = hi.as_vec3(&at)?;
-    let (data, at) = fields.required("data")?;
-    let bytes = decode(data.as_text(&at)?, sizes, width).map_err(|message| FormatError::new(at, message))?;
-    fields.finish("op, dims, dtype, lo, hi, data")?;
-    let values = match width {
-        4 => GridValues::F32(bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()),
-        _ => GridValues::F64(bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
-    };
-    let grid = Grid::new(values, sizes, lo, hi).and_then(Shape::texture);
-    grid.map_err(|error| FormatError::new(path, error.to_string()))
-}
-
-/// Bytes of a grid; the text's length is compared with the sizes before it is decoded.
-fn decode(text: &str, dims: [usize; 3], width: u64) -> Result<Vec<u8>, String> {
-    // At most 2^20 each: the product with 8 fits.
-    let bytes = dims.iter().map(|&n| n as u64).product::<u64>() * width;
-    let needed = bytes.div_ceil(3) * 4;
-    if text.len() as u64 != needed {
-        return Err(format!(
-            "got {} characters of base64, allowed: {needed} for {dims:?} values of {width} bytes",
-            text.len()
-        ));
-    }
-    let data = STANDARD.decode(text).map_err(|e| format!("not base64: {e}"))?;
-    if data.len() as u64 != bytes {
-        return Err(format!(
-            "got {} bytes, allowed: {bytes} for {dims:?} values of {width} bytes",
-            data.len()
-        ));
-    }
-    Ok(data)
 }
 
 #[cfg(test)]

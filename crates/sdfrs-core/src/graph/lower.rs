@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     error::SceneError,
+    grid::Step,
     math::rotation,
     op::Op,
     shape::{Kind, Shape, meta},
@@ -246,7 +247,10 @@ impl<'a> Lower<'a, '_> {
                 match kind {
                     // An estimate, not a bound.
                     Kind::Mandelbulb { .. } => {}
-                    Kind::Texture { grid } => self.graph.bound(id, grid.lipschitz() * at.stretch, false),
+                    Kind::Texture { grid } => {
+                        let step = if form == Form::Value { Step::Raw } else { Step::Safe };
+                        self.graph.bound(id, grid.strict_slope(step) * at.stretch, false);
+                    }
                     _ => self.graph.bound(id, at.stretch, false),
                 }
                 Ok(id)

@@ -111,8 +111,7 @@ impl<T: Scalar, const W: usize> Real for Pack<T, W> {
     }
     #[inline(always)]
     fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self {
-        let mut r = p[0];
-        lanes!(i in r: grid.sample([p[0].0[i], p[1].0[i], p[2].0[i]], step))
+        Pack(grid.sample_lanes(p.map(|v| v.0), step))
     }
     #[inline(always)]
     fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {

@@ -1,13 +1,11 @@
 //! The lines of a scene, in parts that hand values on through private variables.
 
-use std::{collections::HashMap, fmt::Write};
-
-use sdfrs_core::{
-    graph::{Graph, INPUTS, Node},
-    op::Op,
+use std::{
+    collections::{HashMap, HashSet},
+    fmt::Write,
 };
 
-use crate::scene::HEADER;
+use sdfrs_core::graph::{Graph, INPUTS, Node};
 
 /// What a value is: a number, or a number with its gradient.
 #[derive(Clone, Copy)]
@@ -30,15 +28,23 @@ const GRADIENT: Flavour = Flavour {
     ],
 };
 
+/// What a flavour of a scene is written from.
+struct Source<'a> {
+    graph: &'a Graph,
+    parts: &'a [&'a [u32]],
+    shared: &'a HashMap<u32, u32>,
+    /// The constants of each op, as arguments.
+    arguments: &'a HashMap<u32, String>,
+}
+
 /// `field` and `field_gradient`.
-pub fn scene(graph: &Graph, order: &[u32], part: usize) -> String {
+pub fn scene(out: &mut String, graph: &Graph, order: &[u32], arguments: &HashMap<u32, String>, part: usize) {
     let parts: Vec<&[u32]> = order.chunks(part).collect();
     let shared = shared(graph, &parts);
-    let mut out = String::new();
+    let source = Source { graph, parts: &parts, shared: &shared, arguments };
     for flavour in [VALUE, GRADIENT] {
-        write_scene(&mut out, graph, &parts, &shared, flavour);
+        write_scene(out, &source, flavour);
     }
-    out
 }
 
 /// Values that a later part reads, with the variable that carries them.
@@ -80,14 +86,9 @@ fn operands(graph: &Graph, id: u32) -> &[u32] {
 }
 
 // Writing to a string cannot fail.
-fn write_scene(
-    out: &mut String,
-    graph: &Graph,
-    parts: &[&[u32]],
-    shared: &HashMap<u32, u32>,
-    flavour: Flavour,
-) {
+fn write_scene(out: &mut String, source: &Source, flavour: Flavour) {
     let Flavour { ty, function, .. } = flavour;
+    let Source { graph, parts, shared, .. } = source;
     let variables = shared.values().max().map_or(0, |most| most + 1);
     for slot in 0..variables {
         let _ = writeln!(out, "var<private> {function}_s{slot}: {ty};");
@@ -104,7 +105,7 @@ fn write_scene(
                 let _ = writeln!(out, "    {function}_part{earlier}(p);");
             }
         }
-        write_part(out, graph, part, shared, flavour);
+        write_part(out, source, part, flavour);
         if last {
             let _ = writeln!(out, "    return v{};", graph.root);
         }
@@ -117,12 +118,13 @@ fn write_scene(
     }
 }
 
-fn write_part(out: &mut String, graph: &Graph, part: &[u32], shared: &HashMap<u32, u32>, flavour: Flavour) {
+fn write_part(out: &mut String, source: &Source, part: &[u32], flavour: Flavour) {
+    let Source { graph, shared, arguments, .. } = source;
     let function = flavour.function;
     for (i, input) in flavour.inputs.iter().enumerate() {
         let _ = writeln!(out, "    let v{i} = {input};");
     }
-    let mut here: std::collections::HashSet<u32> = (0..INPUTS).collect();
+    let mut here: HashSet<u32> = (0..INPUTS).collect();
     for &id in part {
         let Some(node) = graph.node(id) else { continue };
         for &operand in operands(graph, id) {
@@ -132,7 +134,7 @@ fn write_part(out: &mut String, graph: &Graph, part: &[u32], shared: &HashMap<u3
                 let _ = writeln!(out, "    let v{operand} = {function}_s{slot};");
             }
         }
-        let _ = writeln!(out, "    let v{id} = {};", call(node, flavour.op, &graph.consts));
+        let _ = writeln!(out, "    let v{id} = {};", call(node, flavour.op, arguments.get(&id)));
         here.insert(id);
         if let Some(slot) = shared.get(&id) {
             let _ = writeln!(out, "    {function}_s{slot} = v{id};");
@@ -140,17 +142,9 @@ fn write_part(out: &mut String, graph: &Graph, part: &[u32], shared: &HashMap<u3
     }
 }
 
-/// `op_sphere(v0, v1, v2, 7u)`: operands, then where the constants start.
-fn call(node: &Node, prefix: &str, consts: &[f64]) -> String {
-    let mut args: Vec<String> = node.a[..node.op.arity()].iter().map(|a| format!("v{a}")).collect();
-    match node.op {
-        Op::SphereUnion => args.extend([format!("{}u", node.k), format!("{}u", node.n / 4)]),
-        // The one constant is the number of the grid, whose header has its place.
-        Op::Texture | Op::TextureSafe | Op::TextureSafeNegated => {
-            args.push(format!("{}u", consts[node.k as usize] as u32 * HEADER))
-        }
-        _ if node.n > 0 => args.push(format!("{}u", node.k)),
-        _ => {}
-    }
+/// `op_sphere(v0, v1, v2, consts[7])`: operands, then constants.
+fn call(node: &Node, prefix: &str, constants: Option<&String>) -> String {
+    let operands = node.a[..node.op.arity()].iter().map(|a| format!("v{a}"));
+    let args: Vec<String> = operands.chain(constants.filter(|c| !c.is_empty()).cloned()).collect();
     format!("{prefix}_{}({})", node.op.name(), args.join(", "))
 }

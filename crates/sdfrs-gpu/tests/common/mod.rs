@@ -6,6 +6,7 @@ use std::sync::Arc;
 use sdfrs_core::{
     Program, Scratch, Shape,
     graph::{Form, Graph},
+    op::execute,
     tape::Tape,
 };
 use sdfrs_gpu::{Choice, Device};
@@ -52,6 +53,24 @@ pub fn values(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
     out
 }
 
+/// A graph as it stands, on the CPU.
+#[allow(unsafe_code)]
+pub fn run(graph: &Graph, points: &[[f32; 3]]) -> Vec<f32> {
+    let tape = Tape::<f32>::plain(graph);
+    points
+        .iter()
+        .map(|p| {
+            let mut slots = vec![0f32; tape.slots().max(3)];
+            slots[..3].copy_from_slice(p);
+            for ins in tape.instructions() {
+                // SAFETY: the tape is checked, and there is one value for each of its slots.
+                unsafe { execute::<f32>(ins, slots.as_mut_ptr(), 1, &tape.tables()) };
+            }
+            slots[tape.root()]
+        })
+        .collect()
+}
+
 /// What a tracer walks, on the CPU.
 pub fn walk(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
     let (p, mut out) = (columns(points), vec![0.0; points.len()]);
@@ -62,14 +81,17 @@ pub fn walk(shape: &Shape, points: &[[f32; 3]]) -> Vec<f32> {
 
 /// The CPU's f32 gradients and values.
 pub fn gradients(shape: &Shape, points: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    gradients_of(shape, Form::Value, points)
+}
+
+pub fn gradients_of(shape: &Shape, form: Form, points: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    let program = match form {
+        Form::Value => Program::<f32>::values(shape),
+        _ => Program::<f32>::for_tracing(shape),
+    };
     let p = columns(points);
     let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; points.len()]);
     let [v, x, y, z] = &mut out;
-    Program::<f32>::values(shape).unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, x, y, z]);
+    program.unwrap().gradient(&mut Scratch::new(), [&p[0], &p[1], &p[2]], [v, x, y, z]);
     (0..points.len()).map(|i| [out[1][i], out[2][i], out[3][i], out[0][i]]).collect()
-}
-
-/// Number of instructions on the CPU.
-pub fn instructions(shape: &Shape, form: Form) -> usize {
-    Tape::<f32>::new(&Graph::new(shape, form).unwrap()).instructions().len()
 }

@@ -39,7 +39,7 @@ use worker::Worker;
 /// Rays that step together.
 pub const TILE: usize = 1024;
 /// Operations from which on automatic pruning steps over empty cells, or shortens programs.
-const WORTH_SKIPPING: u64 = 2;
+const WORTH_SKIPPING: u64 = 8;
 const WORTH_SHORTENING: u64 = 100;
 
 /// One ray, direction of unit length.

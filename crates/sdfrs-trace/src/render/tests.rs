@@ -2,6 +2,7 @@ use sdfrs_core::{Prune, Rays, Value};
 
 use super::*;
 use crate::camera::Kind;
+use crate::march;
 
 const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 1000, prune: Prune::Off };
 

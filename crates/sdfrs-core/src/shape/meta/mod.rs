@@ -27,6 +27,8 @@ pub struct Meta {
     pub swing: [f64; 3],
     /// The field is even along an axis.
     pub even: [bool; 3],
+    /// Values beyond this may be less than the field's, in jumps (sparse textures); infinite elsewhere.
+    pub band: f64,
     /// Whether the value changes from point to point.
     pub moves: bool,
     /// Certified range of a formula's values.
@@ -46,6 +48,7 @@ impl Meta {
             reach: 1.0,
             swing: [f64::INFINITY; 3],
             even: [false; 3],
+            band: f64::INFINITY,
             moves: true,
             range: Iv::ALL,
             affine: None,
@@ -54,6 +57,19 @@ impl Meta {
     fn steeper(mut self, factor: f64) -> Self {
         self.lip *= factor;
         self
+    }
+    /// The zero set becomes that of values up to `by`: there must be such.
+    fn reaching(mut self, kind: &Kind, by: f64) -> Result<Self, SceneError> {
+        if by > self.band {
+            let message = format!(
+                "reaches {by} from the surface, allowed: up to {}, beyond which a sparse texture in it keeps no \
+                 values; bake it with a wider band",
+                self.band
+            );
+            return Err(SceneError::new(kind.op(), message));
+        }
+        self.band -= by;
+        Ok(self)
     }
     /// The zero set moves outwards by `by`, or the field falls by as much.
     fn grown(mut self, by: f64) -> Self {
@@ -71,7 +87,7 @@ pub fn meta(kind: &Kind, children: &[Shape]) -> Result<Meta, SceneError> {
     let meta = match children {
         [] => primitive(kind),
         [child] => modifier(kind, child.meta().clone())?,
-        _ => combinator(kind, children),
+        _ => combinator(kind, children)?,
     };
     Ok(Meta { swing: swing::swing(kind, children, &meta.bounds), ..meta })
 }
@@ -110,7 +126,7 @@ fn primitive(kind: &Kind) -> Meta {
         }
         Kind::Texture { grid } => {
             let (lo, hi) = grid.bounds();
-            Meta { lip: grid.lipschitz(), bounds: Aabb { lo, hi }, ..Meta::unbounded() }
+            Meta { lip: grid.lipschitz(), bounds: Aabb { lo, hi }, band: grid.band(), ..Meta::unbounded() }
         }
         _ => Meta::unbounded(),
     }
@@ -128,8 +144,8 @@ fn extremes(v: &[f64; 3]) -> (f64, f64) {
 fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
     Ok(match kind {
         Kind::Negate {} => Meta { bounds: Aabb::ALL, ..m },
-        Kind::Dilate { radius } => m.grown(*radius),
-        Kind::Shell { thickness } => m.grown(thickness / 2.0),
+        Kind::Dilate { radius } => m.reaching(kind, radius.abs())?.grown(*radius),
+        Kind::Shell { thickness } => m.reaching(kind, thickness / 2.0)?.grown(thickness / 2.0),
         Kind::WithLipschitz { lipschitz } => Meta { lip: *lipschitz, ..m },
         Kind::WithBounds { lo, hi } => Meta { bounds: Aabb { lo: *lo, hi: *hi }, reach: 0.0, ..m },
         Kind::Translate { offset } => {
@@ -148,7 +164,7 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
         }
         Kind::Scale { factors } => {
             let (least, most) = extremes(factors);
-            Meta { bounds: m.bounds.scaled(factors), reach: m.reach * least / most, ..m }
+            Meta { bounds: m.bounds.scaled(factors), reach: m.reach * least / most, band: m.band * least, ..m }
         }
         Kind::Mirror { axis } => {
             let i = *axis as usize;
@@ -194,7 +210,7 @@ fn turned(rate: f64, swing: f64, lip: f64) -> f64 {
     }
 }
 
-fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
+fn combinator(kind: &Kind, children: &[Shape]) -> Result<Meta, SceneError> {
     let all = || children.iter().map(Shape::meta);
     let most = |f: fn(&Meta) -> f64| all().map(f).fold(0.0, f64::max);
     let first = children[0].meta();
@@ -202,9 +218,14 @@ fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
         lip: most(|m| m.lip),
         reach: all().map(|m| m.reach).fold(1.0, f64::min),
         even: std::array::from_fn(|i| all().all(|m| m.even[i])),
+        band: all().map(|m| m.band).fold(f64::INFINITY, f64::min),
         ..Meta::unbounded()
     };
-    match kind {
+    let base = match kind {
+        Kind::Union { k } | Kind::Intersection { k } | Kind::Difference { k } => base.reaching(kind, *k)?,
+        _ => base,
+    };
+    Ok(match kind {
         Kind::Union { k } => {
             let bounds = all().fold(first.bounds, |a, m| a.hull(&m.bounds));
             Meta { bounds, ..base }.grown((children.len() - 1) as f64 * k / 4.0)
@@ -221,5 +242,5 @@ fn combinator(kind: &Kind, children: &[Shape]) -> Meta {
             let by = children[1].meta();
             Meta { lip: first.lip + by.lip, even: [false; 3], ..first.clone() }.grown((-by.range.lo).max(0.0))
         }
-    }
+    })
 }

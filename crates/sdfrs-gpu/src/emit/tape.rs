@@ -1,0 +1,153 @@
+//! Scenes too long to compile: a text that interprets any of them, and the program as rows of constants.
+//!
+//! The text knows only which ops occur and how many slots there may be, so scenes of one kind share it
+//! and nothing is compiled when a scene changes. Rows: (instructions, root, 0, 0), then for each instruction
+//! (op, target, first row of constants, number of rows) and (operands), then the constants. All are whole
+//! numbers below 2^24, which f32 holds exactly. Twin of the CPU's evaluator; law: the same bits as
+//! compiled (tests/parity.rs).
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+};
+
+use sdfrs_core::{
+    graph::Graph,
+    op::{Ins, Op},
+    tape::Tape,
+};
+
+use super::consts::tame;
+use crate::{error::GpuError, grids};
+
+/// Most slots: an invocation keeps them in memory of its own.
+const SLOTS: usize = 512;
+/// Rows before the program.
+const HEAD: usize = 1;
+
+/// Text and rows.
+pub struct Interpreted {
+    pub text: String,
+    pub rows: Vec<[f32; 4]>,
+    pub instructions: usize,
+}
+
+/// The program of a scene and a text that runs it.
+pub fn interpreted(graph: &Graph) -> Result<Interpreted, GpuError> {
+    let tape = Tape::<f32>::new(graph);
+    if tape.slots() > SLOTS {
+        let what = "values alive at a time in an interpreted scene".into();
+        return Err(GpuError::Limits { what, asked: tape.slots() as u64, allowed: SLOTS as u64 });
+    }
+    let (rows, used) = rows(graph, &tape)?;
+    // Few sizes, so that few texts.
+    let slots = tape.slots().next_power_of_two().max(16);
+    let mut text = String::from("@group(1) @binding(0) var<storage, read> consts: array<vec4<f32>>;\n");
+    for flavour in [VALUE, GRADIENT] {
+        function(&mut text, &used, slots, flavour);
+    }
+    Ok(Interpreted { text, rows, instructions: tape.instructions().len() })
+}
+
+fn rows(graph: &Graph, tape: &Tape<f32>) -> Result<(Vec<[f32; 4]>, BTreeSet<Op>), GpuError> {
+    let instructions = tape.instructions();
+    let (parts, _) = grids::layout(&graph.grids)?;
+    let mut rows = vec![[instructions.len() as f32, tape.root() as f32, 0.0, 0.0]];
+    let first = HEAD + 2 * instructions.len();
+    let mut constants: Vec<[f32; 4]> = Vec::new();
+    let mut headers = BTreeMap::new();
+    for ins in instructions {
+        let values = &tape.tables().consts[ins.k as usize..(ins.k + ins.n) as usize];
+        let at = constants.len();
+        let place = if is_texture(ins.op) {
+            let index = values.first().map_or(0, |v| *v as usize);
+            *headers.entry(index).or_insert_with(|| {
+                constants.extend(grids::rows(&graph.grids[index], &parts[index]).map(|row| row.map(tame)));
+                at
+            })
+        } else {
+            let four = |c: &[f32]| std::array::from_fn(|i| c.get(i).map_or(0.0, |v| tame(*v)));
+            constants.extend(values.chunks(4).map(four));
+            at
+        };
+        rows.extend(words(ins, first + place));
+    }
+    rows.extend(constants);
+    // Places are f32: whole numbers up to 2^24.
+    if rows.len() >= 1 << 24 {
+        let what = "rows of an interpreted scene".into();
+        return Err(GpuError::Limits { what, asked: rows.len() as u64, allowed: 1 << 24 });
+    }
+    Ok((rows, instructions.iter().map(|ins| ins.op).collect()))
+}
+
+fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {
+    let n = ins.n.div_ceil(4);
+    [[ins.op as u16 as f32, ins.d as f32, constants as f32, n as f32], ins.a.map(|a| a as f32)]
+}
+
+fn is_texture(op: Op) -> bool {
+    matches!(op, Op::Texture | Op::TextureSafe | Op::TextureSafeNegated)
+}
+
+/// Values, or values with their gradients.
+struct Flavour {
+    signature: &'static str,
+    ty: &'static str,
+    prefix: &'static str,
+    inputs: [&'static str; 3],
+}
+
+const VALUE: Flavour = Flavour {
+    signature: "fn field(p: vec3<f32>) -> f32 {",
+    ty: "f32",
+    prefix: "op",
+    inputs: ["p.x", "p.y", "p.z"],
+};
+const GRADIENT: Flavour = Flavour {
+    signature: "fn field_gradient(p: vec3<f32>) -> vec4<f32> {",
+    ty: "vec4<f32>",
+    prefix: "d",
+    inputs: [
+        "vec4<f32>(1.0, 0.0, 0.0, p.x)",
+        "vec4<f32>(0.0, 1.0, 0.0, p.y)",
+        "vec4<f32>(0.0, 0.0, 1.0, p.z)",
+    ],
+};
+
+// Writing to a string cannot fail.
+fn function(out: &mut String, used: &BTreeSet<Op>, slots: usize, flavour: Flavour) {
+    let Flavour { signature, ty, prefix, inputs } = flavour;
+    let _ = writeln!(out, "{signature}\n    var s: array<{ty}, {slots}>;");
+    for (i, input) in inputs.iter().enumerate() {
+        let _ = writeln!(out, "    s[{i}] = {input};");
+    }
+    out.push_str("    let n = u32(consts[0].x);\n    for (var i = 0u; i < n; i++) {\n");
+    out.push_str(
+        "        let head = consts[1u + 2u * i];\n        let from = vec4<u32>(consts[2u + 2u * i]);\n",
+    );
+    for (i, lane) in ["x", "y", "z", "w"].iter().enumerate() {
+        let _ = writeln!(out, "        let a{i} = s[from.{lane}];");
+    }
+    let _ =
+        writeln!(out, "        let k = u32(head.z);\n        var v = {ty}();\n        switch u32(head.x) {{");
+    for op in used {
+        let _ = writeln!(out, "            case {}u: {{ v = {}; }}", *op as u16, call(*op, prefix));
+    }
+    out.push_str("            default: {}\n        }\n        s[u32(head.y)] = v;\n    }\n");
+    out.push_str("    return s[u32(consts[0].y)];\n}\n");
+}
+
+/// The call of an op whose operands are `a0` on and whose constants start at row `k`.
+fn call(op: Op, prefix: &str) -> String {
+    let operands = (0..op.arity()).map(|i| format!("a{i}"));
+    let constants: Vec<String> = match (op, op.constants()) {
+        (Op::SphereUnion, _) => vec!["k".into(), "u32(head.w)".into()],
+        (Op::Mandelbulb, _) => vec!["consts[k]".into()],
+        (_, None) => vec!["k".into(), "u32(consts[k].w)".into(), "u32(consts[k + 1u].w)".into()],
+        (_, Some(0)) => vec![],
+        (_, Some(1)) => vec!["consts[k].x".into()],
+        (_, Some(n)) => (0..n.div_ceil(4)).map(|i| format!("consts[k + {i}u]")).collect(),
+    };
+    format!("{prefix}_{}({})", op.name(), operands.chain(constants).collect::<Vec<_>>().join(", "))
+}

@@ -1,0 +1,325 @@
+//! Triangles to a grid of signed distances.
+//!
+//! Everything is done relative to the middle of the grid's box and divided by a power of two, in f64 until the kernels
+//! round once: offsets and scales change no digit.
+
+use std::sync::{Mutex, atomic::AtomicU64};
+
+use rayon::prelude::*;
+
+use crate::{
+    Mesh, MeshError, Watch, afterwards,
+    bricks::{Assembly, Bricks, SIDE, Units},
+    budget::Budget,
+    check::{Checked, Findings, check},
+    clusters,
+    dense::Dense,
+    descent::{Descent, prepare},
+    frames::{Slab, Tri},
+    grid::Grid,
+    isa::{Isa, isa},
+    kernels::Kernels,
+    sign::{Method, SignRule, Signs},
+};
+
+/// Nodes along an axis: at least 2, at most this.
+pub const MAX_RESOLUTION: u32 = 1 << 16;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resolution {
+    /// As many along every axis. Without bounds: over a cube around the padded box's centre.
+    Cube(u32),
+    /// Along x, y and z.
+    Each([u32; 3]),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    pub resolution: Resolution,
+    /// World units; taken exactly. None: the mesh's box and padding.
+    pub bounds: Option<([f64; 3], [f64; 3])>,
+    /// Added on every side, in parts of the box's longest.
+    pub padding: f64,
+    pub sign: SignRule,
+    pub sparse: bool,
+    /// World units: |d| is cut there. Sparse: 4 voxels unless given.
+    pub band: Option<f64>,
+    /// How sure each sign is (dense only).
+    pub confidence: bool,
+    /// Most memory.
+    pub budget_bytes: u64,
+    /// The instruction set; None: the best one here.
+    pub isa: Option<Isa>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            resolution: Resolution::Cube(128),
+            bounds: None,
+            padding: 0.1,
+            sign: SignRule::Auto,
+            sparse: false,
+            band: None,
+            confidence: false,
+            budget_bytes: u64::MAX,
+            isa: None,
+        }
+    }
+}
+
+/// Bricks near the surface; see `bricks`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sparse {
+    /// Along x, y and z.
+    pub bricks: [u32; 3],
+    /// One per brick, x fastest: which of the kept ones; u32::MAX: not kept.
+    pub table: Vec<u32>,
+    /// One per brick: |d| is nowhere in it less than |far|, and d has its sign. Of kept bricks: 0.
+    pub far: Vec<f32>,
+    /// Kept bricks, 9 x 9 x 9 nodes each (8 cells and the next bricks' first nodes), x fastest.
+    pub nodes: Vec<f32>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// x fastest, node-centred.
+    Dense(Vec<f32>),
+    Sparse(Sparse),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Baked {
+    /// Nodes along x, y and z.
+    pub dims: [u64; 3],
+    /// The first and the last node.
+    pub lo: [f64; 3],
+    pub hi: [f64; 3],
+    pub values: Values,
+    /// 0 to 1, one a node.
+    pub confidence: Option<Vec<f32>>,
+    pub findings: Findings,
+    pub method: Method,
+    /// Why that method.
+    pub why: String,
+    /// No node is farther from its true distance (cut at the band), world units.
+    pub max_error: f64,
+}
+
+/// The grid that settings and mesh amount to.
+struct Layout {
+    dims: [u32; 3],
+    lo: [f64; 3],
+    hi: [f64; 3],
+}
+
+/// Signed distances of `mesh` at the nodes of a grid. `watch` hears of nodes, dims' product in all.
+pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked, MeshError> {
+    let budget = Budget::new(settings.budget_bytes);
+    let layout = layout_given(settings)?;
+    let (checked, findings) = check(mesh)?;
+    if watch.cancelled() {
+        return Err(MeshError::Cancelled);
+    }
+    let layout = match layout {
+        Some(layout) => layout,
+        None => layout_around(settings, findings.bounds)?,
+    };
+    let signs = Signs::new(&checked, &findings, settings.sign)?;
+    let mut job = Job::new(&checked, &layout, settings, &budget)?;
+    job.closed = findings.closed() && findings.needle_faces == 0;
+    let descent = job.descent(&signs, watch)?;
+    let values = if settings.sparse { job.sparse(&descent, &signs)? } else { job.dense(&descent, &signs)? };
+    let confidence = if settings.confidence { Some(job.confidence(&signs, watch)?) } else { None };
+    let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
+    let Layout { dims, lo, hi } = layout;
+    Ok(Baked { dims: dims.map(u64::from), lo, hi, values, confidence, findings, method, why, max_error })
+}
+
+/// What can be refused without a look at the mesh; the grid, where `bounds` give it.
+fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
+    let dims = match settings.resolution {
+        Resolution::Cube(n) => [n; 3],
+        Resolution::Each(n) => n,
+    };
+    if let Some(n) = dims.into_iter().find(|n| !(2..=MAX_RESOLUTION).contains(n)) {
+        return Err(MeshError::bad(
+            "resolution",
+            format!("{n} nodes given; at least 2 and at most {MAX_RESOLUTION} are allowed along an axis"),
+        ));
+    }
+    let bytes = dims.iter().map(|&n| u64::from(n)).product::<u64>().saturating_mul(4);
+    if !settings.sparse && bytes > settings.budget_bytes {
+        let message =
+            format!("{} x {} x {} nodes take {bytes} bytes; {} are allowed", dims[0], dims[1], dims[2], settings.budget_bytes);
+        return Err(MeshError::bad("resolution", message));
+    }
+    if let Some(band) = settings.band.filter(|b| !(*b > 0.0 && b.is_finite())) {
+        return Err(MeshError::bad("band", format!("{band} given; it has to be positive and finite")));
+    }
+    if settings.sparse && settings.confidence {
+        return Err(MeshError::bad("confidence", "asked for with sparse; only a dense grid has it"));
+    }
+    if !(settings.padding >= 0.0 && settings.padding.is_finite()) {
+        return Err(MeshError::bad("padding", format!("{} given; it has to be 0 or more and finite", settings.padding)));
+    }
+    let Some((lo, hi)) = settings.bounds else { return Ok(None) };
+    extents("bounds", lo, hi)?;
+    Ok(Some(Layout { dims, lo, hi }))
+}
+
+fn extents(what: &str, lo: [f64; 3], hi: [f64; 3]) -> Result<(), MeshError> {
+    for k in 0..3 {
+        if !(lo[k] < hi[k] && (hi[k] - lo[k]).is_finite()) {
+            let axis = ["x", "y", "z"][k];
+            let message = format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
+            return Err(MeshError::bad(what, message));
+        }
+    }
+    Ok(())
+}
+
+fn layout_around(settings: &Settings, (lo, hi): ([f64; 3], [f64; 3])) -> Result<Layout, MeshError> {
+    let side = (0..3).map(|k| hi[k] - lo[k]).fold(0.0, f64::max);
+    let pad = settings.padding * side;
+    let (dims, lo, hi) = match settings.resolution {
+        Resolution::Each(dims) => (dims, lo.map(|x| x - pad), hi.map(|x| x + pad)),
+        Resolution::Cube(n) => {
+            let half = 0.5 * side + pad;
+            let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * lo[k] + 0.5 * hi[k]);
+            ([n; 3], middle.map(|m| m - half), middle.map(|m| m + half))
+        }
+    };
+    extents("box of the mesh and its padding", lo, hi)?;
+    Ok(Layout { dims, lo, hi })
+}
+
+/// One bake, its frames chosen.
+struct Job<'a> {
+    mesh: &'a Checked,
+    settings: &'a Settings,
+    budget: &'a Budget,
+    layout: &'a Layout,
+    grid: Grid,
+    /// World units a unit of the descent's frame: a power of two.
+    scale: f32,
+    /// World units; infinite: no band.
+    band: f32,
+    /// The largest coordinate of mesh and grid in the descent's frame; at least 1.
+    size: f64,
+    max_error: f64,
+    bricks: [u32; 3],
+    /// Signs change only through the surface.
+    closed: bool,
+}
+
+impl<'a> Job<'a> {
+    fn new(mesh: &'a Checked, layout: &'a Layout, settings: &'a Settings, budget: &'a Budget) -> Result<Self, MeshError> {
+        let Layout { dims, lo, hi } = *layout;
+        let unit = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (p[k] - mesh.centre[k]) / mesh.scale) };
+        let bricks = dims.map(|n| (n - 1).div_ceil(SIDE));
+        let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
+        let (first, last) = (unit(lo), unit(hi));
+        let grid = Grid::new(first, last, dims, nodes);
+        let size = mesh.vertices.iter().map(|&v| grid.frame(v).abs().max_element()).fold(1.0, f64::max);
+        let scale = mesh.scale * grid.scale;
+        if !(size < 1e9) {
+            let message = format!("the mesh is {size:.0e} times as large, or as far away; at most 1e9 is allowed");
+            return Err(MeshError::bad("bounds", message));
+        }
+        if !(scale * size < 1e36 && scale > 1e-30) {
+            let message = format!("distances up to {:e} don't fit 32-bit floats", scale * size);
+            return Err(MeshError::bad("bounds", message));
+        }
+        let voxel = (0..3).map(|k| (hi[k] - lo[k]) / f64::from(dims[k] - 1)).fold(0.0, f64::max);
+        let band = match settings.band {
+            Some(band) => band,
+            None if settings.sparse => 4.0 * voxel,
+            None => f64::INFINITY,
+        };
+        let max_error = crate::error_bound::bound(size) * scale;
+        Ok(Self { mesh, settings, budget, layout, grid, scale: scale as f32, band: band as f32, size, max_error, bricks, closed: false })
+    }
+
+    fn descent<'s>(&'s self, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Result<Descent<'s>, MeshError> {
+        let faces = self.mesh.faces.len();
+        let each = size_of::<Tri>() + size_of::<Slab>() / clusters::CLUSTER + 4 + 16;
+        self.budget.take((faces * each) as u64, "triangles in their frames")?;
+        let corners = |f: usize| self.mesh.faces[f].map(|v| self.grid.frame(self.mesh.vertices[v as usize]));
+        let order = clusters::order(corners, faces, watch)?;
+        let (tris, slabs) = prepare(self.mesh, &self.grid, &order);
+        let band = f64::from(self.band) / f64::from(self.scale);
+        Ok(Descent {
+            tris,
+            slabs,
+            faces: order,
+            mesh: self.mesh,
+            grid: &self.grid,
+            kernels: Kernels::of(self.settings.isa.unwrap_or_else(isa)),
+            signs: (signs.method() == Method::Pseudonormal).then_some(signs),
+            each: !self.closed,
+            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 2e-6 * self.size) as f32),
+            band: self.band.is_finite().then_some((band * (1.0 + 1e-6)) as f32),
+            bricks: self.settings.sparse,
+            slack: (1e-6 * self.size) as f32,
+            budget: self.budget,
+            watch,
+            arenas: Mutex::new(Vec::new()),
+        })
+    }
+
+    /// Winding numbers and parity need no nearest triangle, and come after the distances.
+    fn signs_follow(&self, signs: &Signs) -> bool {
+        matches!(signs.method(), Method::Winding | Method::Parity)
+    }
+
+    fn dense(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+        let dims = self.layout.dims;
+        let mut values = self.floats(dims)?;
+        let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
+        descent.run(&sink)?;
+        if self.signs_follow(signs) {
+            afterwards::dense(&mut values, dims, &self.grid, signs, descent.watch)?;
+        }
+        Ok(Values::Dense(values))
+    }
+
+    /// Zeros, one a node; the system's answer is asked for first.
+    fn floats(&self, dims: [u32; 3]) -> Result<Vec<f32>, MeshError> {
+        let count = dims.iter().map(|&n| u64::from(n)).product::<u64>();
+        self.budget.take(count.saturating_mul(4), "the grid")?;
+        let refused = || MeshError::bad("memory", format!("the system has none for {count} nodes"));
+        let count = usize::try_from(count).map_err(|_| refused())?;
+        Vec::<f32>::new().try_reserve_exact(count).map_err(|_| refused())?;
+        Ok(vec![0.0; count])
+    }
+
+    fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+        let units = Units { scale: self.scale, band: self.band };
+        let assembly = Assembly::new(&self.grid, units, self.bricks, self.budget)?;
+        let count = AtomicU64::new(0);
+        let mut parts = descent.run(&Bricks::new(self.budget, &count, &self.grid, units))?;
+        if self.signs_follow(signs) {
+            parts.par_iter_mut().try_for_each(|part| afterwards::bricks(part, &self.grid, signs, descent.watch))?;
+        }
+        Ok(Values::Sparse(assembly.finish(parts)))
+    }
+
+    fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
+        let dims = self.layout.dims;
+        let mut out = self.floats(dims)?;
+        let (axes, width) = (self.grid.axes, dims[0] as usize);
+        out.par_chunks_mut(width).enumerate().try_for_each(|(row, values)| {
+            if watch.cancelled() {
+                return Err(MeshError::Cancelled);
+            }
+            let (y, z) = (row as u32 % dims[1], row as u32 / dims[1]);
+            for (x, value) in values.iter_mut().enumerate() {
+                let world = [x as u32, y, z];
+                *value = signs.confidence(self.grid.node(axes.map(|k| world[k]))) as f32;
+            }
+            Ok(())
+        })?;
+        Ok(out)
+    }
+}

@@ -1,0 +1,311 @@
+//! Faces in clusters of 16, those in clusters of 16, and so on, each packed for 16 lanes.
+//!
+//! The order comes from median splits along the longest axis, at multiples of powers of 16: every cluster but the last
+//! of its level is full, and the tree needs no pointers.
+
+use super::Nearest;
+use super::pseudo::foot;
+use crate::check::Checked;
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub const WIDE: usize = 16;
+pub type Lanes = [f32; WIDE];
+
+/// Clusters nearer to each other than this to a point are opened: f32 tells no directions there.
+const SMALLEST: f64 = 1e-5;
+
+/// 16 clusters seen from afar: moments of their area vectors about their centres, up to the second.
+#[derive(Clone)]
+#[repr(align(64))]
+pub struct Far {
+    pub centre: [Lanes; 3],
+    /// Squared radius.
+    pub radius: Lanes,
+    pub area: [Lanes; 3],
+    /// Symmetric and without trace, as all that counts: xx, yy, 2 xy, 2 xz, 2 yz, times -3.
+    pub first: [Lanes; 5],
+    /// Likewise: xxx, yyy, 3 xxy, 3 xyy, xxz, yyz, 6 xyz, times 15/2.
+    pub second: [Lanes; 7],
+}
+
+/// 16 faces.
+#[derive(Clone)]
+#[repr(align(64))]
+pub struct Near {
+    pub corners: [[Lanes; 3]; 3],
+    /// Of twice the area's length.
+    pub normal: [Lanes; 3],
+    /// Below this a point's height over the plane is rounding, times the normal's length.
+    pub noise: Lanes,
+}
+
+pub struct Tree {
+    /// Faces in the order of their clusters.
+    pub order: Vec<u32>,
+    pub near: Vec<Near>,
+    /// From the smallest clusters to the largest, of which there are at most 16.
+    pub levels: Vec<Vec<Far>>,
+}
+
+impl Tree {
+    pub fn new(mesh: &Checked) -> Self {
+        let order = order(mesh);
+        let near = order.par_chunks(WIDE).map(|faces| Near::of(mesh, faces)).collect();
+        let mut moments: Vec<Moments> =
+            order.par_chunks(WIDE).map(|faces| Moments::of(mesh, faces)).collect();
+        let mut levels = Vec::new();
+        loop {
+            levels.push(moments.chunks(WIDE).map(Far::of).collect());
+            if moments.len() <= WIDE {
+                return Self { order, near, levels };
+            }
+            moments = moments.chunks(WIDE).map(Moments::sum).collect();
+        }
+    }
+
+    /// The faces of one of the smallest clusters.
+    pub fn faces(&self, cluster: usize) -> &[u32] {
+        &self.order[cluster * WIDE..((cluster + 1) * WIDE).min(self.order.len())]
+    }
+}
+
+fn order(mesh: &Checked) -> Vec<u32> {
+    let middles: Vec<[f64; 3]> = mesh
+        .faces
+        .iter()
+        .map(|f| {
+            let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);
+            std::array::from_fn(|i| a[i] + b[i] + c[i])
+        })
+        .collect();
+    let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    let mut size = WIDE;
+    while size < order.len() {
+        size *= WIDE;
+    }
+    split(&mut order, &middles, size / WIDE);
+    order
+}
+
+/// Puts `faces` into clusters of `size`, and those into smaller ones.
+fn split(faces: &mut [u32], middles: &[[f64; 3]], mut size: usize) {
+    while faces.len() <= size {
+        if size <= WIDE {
+            return;
+        }
+        size /= WIDE;
+    }
+    let clusters = faces.len().div_ceil(size);
+    let at = clusters / 2 * size;
+    let axis = longest_axis(faces, middles);
+    // The index decides between equals, so that the order is one and the same everywhere.
+    faces.select_nth_unstable_by(at, |&a, &b| {
+        middles[a as usize][axis].total_cmp(&middles[b as usize][axis]).then(a.cmp(&b))
+    });
+    let (low, high) = faces.split_at_mut(at);
+    if low.len() + high.len() > 4096 {
+        rayon::join(|| split(low, middles, size), || split(high, middles, size));
+    } else {
+        split(low, middles, size);
+        split(high, middles, size);
+    }
+}
+
+fn longest_axis(faces: &[u32], middles: &[[f64; 3]]) -> usize {
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for &f in faces {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(middles[f as usize][axis]);
+            hi[axis] = hi[axis].max(middles[f as usize][axis]);
+        }
+    }
+    let side = |axis: usize| hi[axis] - lo[axis];
+    if side(0) >= side(1) && side(0) >= side(2) {
+        0
+    } else if side(1) >= side(2) {
+        1
+    } else {
+        2
+    }
+}
+
+impl Near {
+    fn of(mesh: &Checked, faces: &[u32]) -> Self {
+        // Missing faces are a point far away.
+        let mut near = Self { corners: [[[1e3; WIDE]; 3]; 3], normal: [[0.0; WIDE]; 3], noise: [0.0; WIDE] };
+        for (lane, &face) in faces.iter().enumerate() {
+            let corners = mesh.corners(face as usize).map(DVec3::from);
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            for axis in 0..3 {
+                for k in 0..3 {
+                    near.corners[k][axis][lane] = corners[k][axis] as f32;
+                }
+                near.normal[axis][lane] = normal[axis] as f32;
+            }
+            near.noise[lane] = (4e-7 * normal.length()) as f32;
+        }
+        near
+    }
+}
+
+/// A cluster's moments: integrals of n_i, n_i d_j and n_i d_j d_k over its faces, d from its centre.
+#[derive(Clone)]
+struct Moments {
+    centre: DVec3,
+    radius: f64,
+    /// Of the faces, without direction.
+    weight: f64,
+    area: DVec3,
+    first: [DVec3; 3],
+    second: [[DVec3; 3]; 3],
+}
+
+impl Moments {
+    fn none(centre: DVec3) -> Self {
+        Self {
+            centre,
+            radius: 0.0,
+            weight: 0.0,
+            area: DVec3::ZERO,
+            first: [DVec3::ZERO; 3],
+            second: [[DVec3::ZERO; 3]; 3],
+        }
+    }
+
+    fn of(mesh: &Checked, faces: &[u32]) -> Self {
+        let all: Vec<[DVec3; 3]> = faces.iter().map(|&f| mesh.corners(f as usize).map(DVec3::from)).collect();
+        let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a);
+        let (mut middle, mut weight) = (DVec3::ZERO, 0.0);
+        for t in &all {
+            let size = area(t).length();
+            middle += (t[0] + t[1] + t[2]) * (size / 3.0);
+            weight += size;
+        }
+        let mut sum = Self::none(if weight > 0.0 { middle / weight } else { all[0][0] });
+        sum.weight = weight;
+        for t in &all {
+            let (area, d) = (area(t), t.map(|v| v - sum.centre));
+            let total = d[0] + d[1] + d[2];
+            sum.radius = d.iter().map(|d| d.length()).fold(sum.radius, f64::max);
+            sum.area += area;
+            for j in 0..3 {
+                sum.first[j] += area * (total[j] / 3.0);
+                for k in 0..3 {
+                    let products = d.iter().map(|d| d[j] * d[k]).sum::<f64>() + total[j] * total[k];
+                    sum.second[j][k] += area * (products / 12.0);
+                }
+            }
+        }
+        sum
+    }
+
+    fn sum(parts: &[Self]) -> Self {
+        let weight: f64 = parts.iter().map(|p| p.weight).sum();
+        let middle = parts.iter().map(|p| p.centre * p.weight).sum::<DVec3>() / weight;
+        let mut sum = Self::none(if middle.is_finite() { middle } else { parts[0].centre });
+        sum.weight = weight;
+        for part in parts {
+            let o = part.centre - sum.centre;
+            sum.radius = sum.radius.max(o.length() + part.radius);
+            sum.area += part.area;
+            for j in 0..3 {
+                sum.first[j] += part.first[j] + part.area * o[j];
+                for k in 0..3 {
+                    sum.second[j][k] += part.second[j][k]
+                        + part.first[j] * o[k]
+                        + part.first[k] * o[j]
+                        + part.area * (o[j] * o[k]);
+                }
+            }
+        }
+        sum
+    }
+}
+
+impl Far {
+    fn of(clusters: &[Moments]) -> Self {
+        let none = [0.0; WIDE];
+        let mut far = Self {
+            centre: [[1e3; WIDE]; 3],
+            radius: none,
+            area: [none; 3],
+            first: [none; 5],
+            second: [none; 7],
+        };
+        for (lane, cluster) in clusters.iter().enumerate() {
+            for axis in 0..3 {
+                far.centre[axis][lane] = cluster.centre[axis] as f32;
+                far.area[axis][lane] = cluster.area[axis] as f32;
+            }
+            far.radius[lane] = (cluster.radius.max(SMALLEST) as f32).powi(2);
+            for (row, value) in first(&cluster.first).into_iter().enumerate() {
+                far.first[row][lane] = value as f32;
+            }
+            for (row, value) in second(&cluster.second).into_iter().enumerate() {
+                far.second[row][lane] = value as f32;
+            }
+        }
+        far
+    }
+}
+
+/// Only the symmetric part without trace meets the derivatives of a harmonic function.
+fn first(m: &[DVec3; 3]) -> [f64; 5] {
+    let s = |i: usize, j: usize| 0.5 * (m[j][i] + m[i][j]);
+    let trace = (s(0, 0) + s(1, 1) + s(2, 2)) / 3.0;
+    [s(0, 0) - trace, s(1, 1) - trace, 2.0 * s(0, 1), 2.0 * s(0, 2), 2.0 * s(1, 2)].map(|x| -3.0 * x)
+}
+
+fn second(m: &[[DVec3; 3]; 3]) -> [f64; 7] {
+    let s = |i: usize, j: usize, k: usize| (m[j][k][i] + m[i][k][j] + m[i][j][k]) / 3.0;
+    let trace: [f64; 3] = std::array::from_fn(|k| (s(0, 0, k) + s(1, 1, k) + s(2, 2, k)) / 5.0);
+    let [x, y, z] = trace;
+    [
+        s(0, 0, 0) - 3.0 * x,
+        s(1, 1, 1) - 3.0 * y,
+        3.0 * (s(0, 0, 1) - y),
+        3.0 * (s(0, 1, 1) - x),
+        s(0, 0, 2) - z,
+        s(1, 1, 2) - z,
+        6.0 * s(0, 1, 2),
+    ]
+    .map(|x| 7.5 * x)
+}
+
+impl Tree {
+    /// The face nearest to `p`, in f64; of equally near ones the first in the mesh.
+    pub fn nearest(&self, mesh: &Checked, p: [f64; 3]) -> Nearest {
+        let p = DVec3::from(p);
+        let mut best = (f64::INFINITY, u32::MAX, p);
+        let mut open = vec![(0.0, self.levels.len(), 0)];
+        while let Some((bound, level, block)) = open.pop() {
+            if bound > best.0.sqrt() {
+                continue;
+            }
+            if level == 0 {
+                for &face in self.faces(block) {
+                    let foot = foot(p, &mesh.corners(face as usize));
+                    if foot.squared < best.0 || (foot.squared == best.0 && face < best.1) {
+                        best = (foot.squared, face, foot.point);
+                    }
+                }
+                continue;
+            }
+            let from = open.len();
+            let clusters = if level == 1 { self.near.len() } else { self.levels[level - 2].len() };
+            for cluster in block * WIDE..((block + 1) * WIDE).min(clusters) {
+                let (far, lane) = (&self.levels[level - 1][block], cluster % WIDE);
+                let centre = DVec3::from([0, 1, 2].map(|axis| f64::from(far.centre[axis][lane])));
+                // What f32 has rounded away is far less than the last term.
+                let bound = (p - centre).length() - f64::from(far.radius[lane]).sqrt() * (1.0 + 1e-6) - 1e-6;
+                if bound <= best.0.sqrt() {
+                    open.push((bound, level - 1, cluster));
+                }
+            }
+            // The nearest last, so that it is opened first.
+            open[from..].sort_by(|a, b| b.0.total_cmp(&a.0));
+        }
+        Nearest { face: best.1, point: best.2.to_array() }
+    }
+}

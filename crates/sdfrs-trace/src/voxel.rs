@@ -1,0 +1,288 @@
+//! The exact walk through a texture that stands alone: from voxel to voxel, and in each the cubic's root.
+//!
+//! Where the texture's own steps reach farther than a voxel they are taken; near the surface the ray visits
+//! cell by cell and asks each for its first root, so a hit lies on the interpolant's surface to the last
+//! digits, whatever `eps` is. Placements (moved, turned, scaled) keep the ray's parameter. A step is an
+//! evaluation of the field or of a cell's cubic. A scene of more than the texture is traced by `march`.
+//! Law: `tests.rs` beside it; hits agree with a march at 1e-9 in f64, and none is missed.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use sdfrs_core::{
+    Control, Grid, Hits, Limits, Program, Scalar, Shape, Status,
+    contract::FLAG_INSIDE,
+    eval::Native,
+    grid::{Step, Stepping, bricks_along, voxel},
+    math::{Matrix, rotation},
+    pool,
+    shape::Kind,
+};
+
+use crate::{
+    error::TraceError,
+    march::{self, Ray, Source, TILE},
+    tracer::Tracer,
+};
+
+/// A texture and how points of the scene become points of its own.
+pub struct Placed {
+    grid: Arc<Grid>,
+    m: Matrix,
+    t: [f64; 3],
+}
+
+/// The texture that a shape is, moved, turned or scaled; None for any other shape, and for textures that
+/// ask for another stepping.
+pub fn placed(shape: &Shape) -> Option<Placed> {
+    let mut m: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut t = [0.0; 3];
+    let mut shape = shape;
+    loop {
+        match shape.kind() {
+            Kind::Texture { grid } if grid.stepping() == Stepping::Voxel => {
+                return Some(Placed { grid: grid.clone(), m, t });
+            }
+            Kind::Translate { offset } => t = std::array::from_fn(|i| t[i] - offset[i]),
+            Kind::Rotate { angle, axis } => {
+                // The point goes back by the transpose.
+                let r = rotation(*angle, axis);
+                let back = |v: [f64; 3], i: usize| r[0][i] * v[0] + r[1][i] * v[1] + r[2][i] * v[2];
+                let column = |j: usize| [m[0][j], m[1][j], m[2][j]];
+                m = std::array::from_fn(|i| std::array::from_fn(|j| back(column(j), i)));
+                t = std::array::from_fn(|i| back(t, i));
+            }
+            Kind::Scale { factors } => {
+                for i in 0..3 {
+                    m[i] = m[i].map(|v| v / factors[i]);
+                    t[i] /= factors[i];
+                }
+            }
+            Kind::WithBounds { .. } => {}
+            _ => return None,
+        }
+        shape = shape.children().first()?;
+    }
+}
+
+/// Traces a shape's rays: voxel by voxel where it is a texture that asks for it, by `march` elsewhere.
+pub fn trace<T: Native>(
+    shape: &Shape,
+    program: &Program<T>,
+    tracer: &Tracer,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Hits<T>, TraceError> {
+    let Some(placed) = placed(shape) else {
+        return march::trace_source(program, tracer, rays, limits, control);
+    };
+    tracer.check()?;
+    limits.check()?;
+    let n = rays.count();
+    let most = limits.max_steps;
+    let tiles = pool::install(|| {
+        let tiles = (0..n.div_ceil(TILE)).into_par_iter().map(|i| {
+            let ends = if control.is_cancelled() {
+                Vec::new()
+            } else {
+                (i * TILE..n.min(i * TILE + TILE))
+                    .map(|k| placed.walk(&rays.ray(k), most))
+                    .collect::<Vec<_>>()
+            };
+            control.advance(ends.len() as u64);
+            ends
+        });
+        tiles.collect::<Vec<_>>()
+    });
+    if control.is_cancelled() {
+        return Err(TraceError::Cancelled);
+    }
+    let ends = || tiles.iter().flatten();
+    let mut work = Work::default();
+    work.add(1, ends().map(|e| u64::from(e.steps)).sum());
+    Ok(Hits {
+        t: ends().map(|e| e.t).collect(),
+        status: ends().map(|e| e.status as u8).collect(),
+        steps: ends().map(|e| e.steps).collect(),
+        fallbacks: vec![0; n],
+        multiplier: vec![T::of(1.0); n],
+        distance: ends().map(|e| e.distance).collect(),
+        witness: vec![T::of(0.0); n],
+        flags: ends().map(|e| if e.inside { FLAG_INSIDE } else { 0 }).collect(),
+        threshold: T::of(limits.eps),
+        work,
+    })
+}
+
+/// What became of a ray.
+struct End<T> {
+    t: T,
+    status: Status,
+    steps: u32,
+    distance: T,
+    inside: bool,
+}
+
+impl Placed {
+    fn walk<T: Native>(&self, ray: &Ray<T>, most: u32) -> End<T> {
+        // In f64 as far as the grid's own frame; the rest is the ray's precision.
+        let (o, d) = (ray.origin.map(T::f64), ray.direction.map(T::f64));
+        let (lo, _) = self.grid.bounds();
+        let h = self.grid.spacing();
+        let turn = |v: [f64; 3], i: usize| self.m[i][0] * v[0] + self.m[i][1] * v[1] + self.m[i][2] * v[2];
+        let line = Line {
+            o: std::array::from_fn(|i| T::of((turn(o, i) + self.t[i] - lo[i]) / h[i])),
+            d: std::array::from_fn(|i| T::of(turn(d, i) / h[i])),
+        };
+        let speed = (0..3).map(|i| turn(d, i).powi(2)).sum::<f64>().sqrt();
+        Walk { grid: &self.grid, line, speed: T::of(speed), steps: 0, most }.run(ray)
+    }
+}
+
+/// A ray in cells: a point has its cell's number before the point and its place in the cell behind.
+struct Line<T> {
+    o: [T; 3],
+    d: [T; 3],
+}
+
+impl<T: Scalar> Line<T> {
+    fn at(&self, t: T) -> [T; 3] {
+        std::array::from_fn(|i| self.o[i] + t * self.d[i])
+    }
+    /// Where the line leaves a box of cells, and through which wall.
+    fn leaves(&self, low: [T; 3], high: [T; 3]) -> (T, usize) {
+        let (mut t, mut axis) = (T::INFINITY, 0);
+        for a in 0..3 {
+            let wall = if self.d[a] > T::of(0.0) { high[a] } else { low[a] };
+            let to = (wall - self.o[a]) / self.d[a];
+            if self.d[a] != T::of(0.0) && to < t {
+                (t, axis) = (to, a);
+            }
+        }
+        (t, axis)
+    }
+    /// Where the line is inside a box that starts at the origin.
+    fn within(&self, size: [T; 3]) -> (T, T) {
+        let (mut from, mut to) = (-T::INFINITY, T::INFINITY);
+        for a in 0..3 {
+            if self.d[a] == T::of(0.0) {
+                if !(self.o[a] >= T::of(0.0) && self.o[a] <= size[a]) {
+                    return (T::INFINITY, -T::INFINITY);
+                }
+                continue;
+            }
+            let (p, q) = ((T::of(0.0) - self.o[a]) / self.d[a], (size[a] - self.o[a]) / self.d[a]);
+            from = from.max(p.min(q));
+            to = to.min(p.max(q));
+        }
+        (from, to)
+    }
+}
+
+struct Walk<'a, T> {
+    grid: &'a Grid,
+    line: Line<T>,
+    /// Length in the texture's space of a step of length 1.
+    speed: T,
+    steps: u32,
+    most: u32,
+}
+
+impl<T: Native> Walk<'_, T> {
+    fn run(mut self, ray: &Ray<T>) -> End<T> {
+        let cells = self.grid.dims().map(|n| n - 1);
+        let (from, to) = self.line.within(cells.map(|n| T::of(n as f64)));
+        let start = ray.t_min.max(from);
+        let end = ray.t_max.min(to);
+        if ray.origin.iter().chain(&ray.direction).any(|v| v.is_nan()) {
+            return self.end(ray.t_min, Status::Invalid, T::of(0.0));
+        }
+        if !(start <= end) {
+            self.steps += 1;
+            return self.end(T::INFINITY, Status::Miss, T::INFINITY);
+        }
+        let mut t = start;
+        let mut cell = self.cell_at(t, cells);
+        loop {
+            if self.steps >= self.most {
+                return self.end(t, Status::OutOfSteps, T::INFINITY);
+            }
+            self.steps += 1;
+            let voxel::Cell::Corners(corners) = self.grid.cell::<T>(cell) else {
+                t = self.over_brick(t, cell);
+                if !(t < end) {
+                    return self.end(T::INFINITY, Status::Miss, T::INFINITY);
+                }
+                cell = self.cell_at(t, cells);
+                continue;
+            };
+            let (low, high) = (cell.map(|v| T::of(v as f64)), cell.map(|v| T::of((v + 1) as f64)));
+            let (leaves, axis) = self.line.leaves(low, high);
+            let out = leaves.min(end).max(t);
+            let here = |t: T| -> [T; 3] {
+                let p = self.line.at(t);
+                std::array::from_fn(|a| (p[a] - low[a]).max(T::of(0.0)).min(T::of(1.0)))
+            };
+            let (a, e) = (here(t), here(out));
+            if let Some(s) = voxel::first_root(&corners, a, std::array::from_fn(|i| e[i] - a[i])) {
+                let hit = t + s * (out - t);
+                let inside = hit == ray.t_min;
+                return End { inside, ..self.end(hit, Status::Hit, T::of(0.0)) };
+            }
+            let step = self.step(out);
+            if !(leaves < end) {
+                return self.end(T::INFINITY, Status::Miss, T::INFINITY);
+            }
+            // A step beyond the next cell is worth an evaluation there; a shorter one is not.
+            if step > (out - t) + (out - t) {
+                t = out + step;
+                if !(t < end) {
+                    return self.end(T::INFINITY, Status::Miss, T::INFINITY);
+                }
+                cell = self.cell_at(t, cells);
+            } else {
+                t = out;
+                let ahead = self.line.d[axis] > T::of(0.0);
+                if (ahead && cell[axis] + 1 == cells[axis]) || (!ahead && cell[axis] == 0) {
+                    return self.end(T::INFINITY, Status::Miss, T::INFINITY);
+                }
+                cell[axis] = if ahead { cell[axis] + 1 } else { cell[axis] - 1 };
+            }
+        }
+    }
+
+    fn end(&self, t: T, status: Status, distance: T) -> End<T> {
+        End { t, status, steps: self.steps, distance, inside: false }
+    }
+
+    fn cell_at(&self, t: T, cells: [usize; 3]) -> [usize; 3] {
+        let p = self.line.at(t);
+        std::array::from_fn(|a| (p[a].max(T::of(0.0)).f64() as usize).min(cells[a] - 1))
+    }
+
+    /// How far the texture's own rule reaches from `t` on, in the ray's parameter.
+    fn step(&mut self, t: T) -> T {
+        let (p, (lo, _), h) = (self.line.at(t), self.grid.bounds(), self.grid.spacing());
+        let p = std::array::from_fn(|a| T::of(lo[a]) + p[a] * T::of(h[a]));
+        // What rounding of the place may add to the value.
+        let slack = T::of(1.0 - 1e-3);
+        self.grid.sample(p, Step::Safe).max(T::of(0.0)) * slack / self.speed
+    }
+
+    /// Behind a brick without samples, or farther where its value reaches farther.
+    fn over_brick(&mut self, t: T, cell: [usize; 3]) -> T {
+        let size = sdfrs_core::grid::BRICK;
+        let count = bricks_along(self.grid.dims());
+        let low = cell.map(|v| T::of((v / size * size) as f64));
+        let high: [T; 3] = std::array::from_fn(|a| T::of(((cell[a] / size + 1).min(count[a]) * size) as f64));
+        let (leaves, _) = self.line.leaves(low, high);
+        // Not to stay on the wall for the rounding of its place.
+        let past = leaves + (leaves.abs() + T::of(1.0)) * T::EPS * T::of(2.0);
+        let reach = self.step(t);
+        past.max(t + reach)
+    }
+}
+
+#[cfg(test)]
+mod tests;
