@@ -1,4 +1,4 @@
-"""A mesh of 55,000 faces as a texture of signed distances, beside the shape it was made from; writes out/mesh.png.
+"""A mesh of 56,000 faces as a texture of signed distances, beside the shape it was made from; writes out/mesh.png.
 
 The mesh is the skin of a tube along a torus knot, made here from its formula; the shape is a smooth union of
 capsules along the same line. `examples/demo.py` calls `bake_and_draw` too.
@@ -21,7 +21,7 @@ def knot(angle: np.ndarray, p: int = 2, q: int = 3) -> np.ndarray:
     return np.stack([reach * np.cos(p * angle), 0.28 * np.sin(q * angle), reach * np.sin(p * angle)], axis=1)
 
 
-def tube(along: int = 920, around: int = 30) -> tuple[np.ndarray, np.ndarray]:
+def tube(along: int = 580, around: int = 48) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles of the knot's skin: closed, all faces the same way round."""
     angle = np.linspace(0, 2 * np.pi, along, endpoint=False)
     line = knot(angle)

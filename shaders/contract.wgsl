@@ -48,15 +48,24 @@ struct Params {
     // omega or beta.
     factor: f32,
     t_max: f32,
-    // The camera's axes and scale; see crates/sdfrs-trace/src/camera.rs.
+    // The camera's axes, and the height of a pixel at unit distance or in the world, each as the sum of two
+    // numbers: see source/pair.wgsl and crates/sdfrs-trace/src/camera.rs.
     origin: vec3<f32>,
-    half_height: f32,
+    scale: f32,
     forward: vec3<f32>,
-    perspective: u32,
+    scale_low: f32,
     right: vec3<f32>,
     width: u32,
     up: vec3<f32>,
     height: u32,
+    origin_low: vec3<f32>,
+    perspective: u32,
+    forward_low: vec3<f32>,
+    unused: u32,
+    right_low: vec3<f32>,
+    unused_too: u32,
+    up_low: vec3<f32>,
+    unused_three: u32,
     albedo: vec3<f32>,
     // Packed as r | g << 8 | b << 16.
     background: u32,

@@ -39,7 +39,7 @@ fn eval(c: &mut Criterion) {
 fn pictures(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
     let lines = trace::picture(512);
-    let batch = trace::Batch::new(512);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
@@ -48,8 +48,6 @@ fn pictures(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("trace/{}", scene.name));
         group.sample_size(10);
         group.bench_function("ours", |b| b.iter(|| batch.trace(&program)));
-        group.bench_function("ours, exact", |b| b.iter(|| batch.pruned(&program, Prune::Exact)));
-        group.bench_function("ours, skip", |b| b.iter(|| batch.pruned(&program, Prune::Skip)));
         group.bench_function("fidget", |b| b.iter(|| trace::waves(&mut jit, &lines)));
         group.bench_function("scalar", |b| b.iter(|| trace::scalar(&scene, &lines)));
         group.finish();
@@ -110,7 +108,7 @@ fn packets(_: &mut Criterion) {}
 
 fn growth(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
-    let batch = trace::Batch::new(512);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     let mut group = c.benchmark_group("growth");
     group.sample_size(10);
     for n in [100, 1_000, 10_000, 100_000] {
@@ -121,7 +119,7 @@ fn growth(c: &mut Criterion) {
 }
 
 fn threads(c: &mut Criterion) {
-    let batch = trace::Batch::new(512);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     let program = Program::<f32>::for_tracing(&scenes::csg().shape).unwrap();
     let mut group = c.benchmark_group("threads");
     group.sample_size(10);
@@ -136,7 +134,7 @@ fn parts(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
     let scene = scenes::csg();
     let camera = tables::trace::camera();
-    let batch = tables::trace::camera_rays(&camera);
+    let batch = trace::Batch::new(&tables::trace::camera_lines(&camera), camera.width as usize);
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let mut group = c.benchmark_group("parts");
     group.sample_size(10);

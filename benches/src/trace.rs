@@ -61,6 +61,11 @@ pub fn picture(side: usize) -> Vec<Line> {
     nested(side, [TILE, TILE])
 }
 
+/// The same row by row, as the product takes pictures: it makes tiles of its own.
+pub fn rows(side: usize) -> Vec<Line> {
+    nested(side, [side, 1])
+}
+
 /// The same in tiles of tiles.
 pub fn nested(side: usize, tiles: [usize; 2]) -> Vec<Line> {
     let [outer, inner] = tiles;
@@ -124,35 +129,30 @@ pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
     sum
 }
 
-/// The rays as the product takes them: row by row, so that it may cut the picture into tiles of its own.
+/// The rays as the product takes them: a picture, row by row.
 pub struct Batch {
-    lines: Vec<Line>,
-    side: usize,
+    rays: Vec<Ray<f32>>,
+    width: usize,
 }
 
 impl Source<f32> for Batch {
     fn count(&self) -> usize {
-        self.lines.len()
+        self.rays.len()
     }
     fn ray(&self, i: usize) -> Ray<f32> {
-        let Line { o, d } = self.lines[i];
-        Ray { origin: o, direction: d, t_min: 0.0, t_max: T_MAX }
+        self.rays[i]
     }
     fn width(&self) -> Option<usize> {
-        Some(self.side)
+        Some(self.width)
     }
 }
 
 impl Batch {
-    /// The rays of [`picture`].
-    pub fn new(side: usize) -> Self {
-        Self { lines: nested(side, [side, 1]), side }
-    }
-    pub fn of_lines(lines: Vec<Line>, width: usize) -> Self {
-        Self { lines, side: width }
+    pub fn new(lines: &[Line], width: usize) -> Self {
+        let ray = |l: &Line| Ray { origin: l.o, direction: l.d, t_min: 0.0, t_max: T_MAX };
+        Self { rays: lines.iter().map(ray).collect(), width }
     }
 
-    /// Everything evaluated, nothing stepped over.
     pub fn trace(&self, field: &Program<f32>) -> Totals {
         self.pruned(field, Prune::Off)
     }

@@ -10,6 +10,7 @@ from typing import Any, Final, SupportsFloat, SupportsIndex, final
 __all__ = [
     "__version__",
     "Node",
+    "adapters",
     "camera_check",
     "camera_rays",
     "render",
@@ -74,6 +75,11 @@ class Node:
         Values at points, (N, 3) -> (N,).
         """
 
+def adapters() -> list[dict[str, Any]]:
+    """
+    Name, kind, driver, backend, limits and faults of every GPU; the place in the list is its number.
+    """
+
 def camera_check(camera: Incomplete) -> None:
     """
     Refuses a camera that cannot be.
@@ -97,6 +103,8 @@ def render(
     cone: SupportsFloat | SupportsIndex,
     max_steps: SupportsIndex,
     precision: str,
+    device: str,
+    strict: bool,
     progress: Any | None,
 ) -> dict[str, Any]:
     """
@@ -153,6 +161,8 @@ def trace(
     eps: SupportsFloat | SupportsIndex,
     cone: SupportsFloat | SupportsIndex,
     max_steps: SupportsIndex,
+    device: str,
+    strict: bool,
     progress: Any | None,
 ) -> dict[str, Any]:
     """
@@ -169,6 +179,8 @@ def trace_camera(
     cone: SupportsFloat | SupportsIndex,
     max_steps: SupportsIndex,
     precision: str,
+    device: str,
+    strict: bool,
     progress: Any | None,
 ) -> dict[str, Any]:
     """

@@ -120,7 +120,8 @@ def mesh_to_sdf_texture(
     triangles = _triangles(mesh, faces)
     with reporter(progress, "mesh_to_sdf_texture", "node") as callback:
         node, found = _core.mesh_to_texture(triangles, settings, callback)
-    return SdfTexture._of(node, MeshReport(**found))
+    lo, hi = found["bounds"]
+    return SdfTexture._of(node, MeshReport(**{**found, "bounds": (tuple(lo), tuple(hi))}))
 
 
 def _settings(

@@ -153,7 +153,9 @@ def _warn_slope(shape: Shape, summary: Summary) -> None:
 
 def _warn_software(software: bool, device: str) -> None:
     if software:
-        warnings.warn(f"{device}: this GPU is a driver that runs on the processor; device='cpu' is faster", stacklevel=3)
+        warnings.warn(
+            f"{device}: this GPU is a driver that runs on the processor; device='cpu' is faster", stacklevel=3
+        )
 
 
 def trace_stats(

@@ -30,6 +30,7 @@ modules! {
     GRADIENT_SOLID "ops/gradient_solid"
     GRADIENT_TABLE "ops/gradient_table"
     EVALUATE "pass/evaluate"
+    SOURCE_PAIR "source/pair"
     NUMBER "number"
     PASS_LISTS "pass/lists"
     PASS_MARCH "pass/march"

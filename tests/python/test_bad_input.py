@@ -158,7 +158,7 @@ TYPE_ERRORS = {
     "object points": lambda: BALL(np.array([[None, 1, 2]])),
     "bool points": lambda: BALL(np.zeros((2, 3), bool)),
     "integer texture": lambda: sdfrs.SdfTexture(np.ones((2, 2, 2), int), CORNERS),
-    "half texture": lambda: sdfrs.SdfTexture(np.ones((2, 2, 2), np.float16), CORNERS),
+    "complex texture": lambda: sdfrs.SdfTexture(np.ones((2, 2, 2), complex), CORNERS),
     "swapped texture": lambda: sdfrs.SdfTexture(np.ones((2, 2, 2), ">f4" if sys.byteorder == "little" else "<f4"), CORNERS),
     "shape of nothing": lambda: sdfrs.shape(3),
     "displaced by a number": lambda: BALL.displace(3),

@@ -20,6 +20,13 @@ from sdfrs.cli import main
 EPS = 1e-4
 TRACERS = ["basic", "relaxed", "enhanced", "auto_relaxed", "binary_search", "coverage_search"]
 SIZE = (96, 64)
+# Drivers in software take seconds to compile the largest scene.
+PAIRS = [
+    (scene, tracer)
+    for scene in sorted(sdfrs.scenes.NAMES)
+    for tracer in TRACERS
+    if scene != "composition" or tracer in ("enhanced", "auto_relaxed", "coverage_search")
+]
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -72,8 +79,7 @@ def close(cpu, gpu, tracer):
     return same_status >= 0.999 and same_steps >= least and off.mean() <= 0.001
 
 
-@pytest.mark.parametrize("tracer", TRACERS)
-@pytest.mark.parametrize("scene", sdfrs.scenes.NAMES)
+@pytest.mark.parametrize(("scene", "tracer"), PAIRS)
 def test_plain_mode_finds_what_the_cpu_finds(scene, tracer):
     what, cam = small(scene)
     settings = dict(tracer=tracer, max_steps=400)
@@ -129,7 +135,8 @@ def test_lights_and_backgrounds_reach_the_gpu():
 def test_orthographic_cameras_and_odd_sizes():
     cam = sdfrs.Camera.orthographic((3, 2, 4), (0, 0, 0), extent=3.0, width=37, height=29)
     cpu, gpu = (sdfrs.trace_stats(sdfrs.sphere(1), cam, device=d, tracer="basic") for d in ("cpu", "gpu"))
-    assert differences(cpu, gpu)[0] > 0.99 and np.abs(cpu.depth - gpu.depth)[cpu.status == gpu.status].max() < 5 * EPS
+    same_status, same_steps, off = differences(cpu, gpu)
+    assert same_status == 1 and same_steps > 0.99 and not off.any() and {0, 1} == set(cpu.status.flat)
 
 
 def test_pictures_of_several_tiles():
@@ -339,7 +346,9 @@ def test_doctor_lists_the_gpus(capsys, gpu):
 
 def test_the_command_line_names_devices(tmp_path, capsys):
     out = str(tmp_path / "a.png")
-    assert main(["render", "csg", "--size", "32x18", "--device", "gpu", "--strict", "--json", "-o", out, "--quiet"]) == 0
+    assert (
+        main(["render", "csg", "--size", "32x18", "--device", "gpu", "--strict", "--json", "-o", out, "--quiet"]) == 0
+    )
     assert "gpu " in json.loads(capsys.readouterr().out)["device"] and os.path.getsize(out) > 0
     assert main(["render", "csg", "--size", "32x18", "--device", "gpu:77", "-o", out, "--quiet"]) == 1
     assert "adapter 77" in capsys.readouterr().err

@@ -21,7 +21,16 @@ CALLS = {
     "trace": lambda: sdfrs.trace(LONG, *CAMERA.resized(2000, 1500).rays(), precision="f64"),
     "values": lambda: LONG(POINTS, precision="f64"),
     "gradient": lambda: LONG.gradient(POINTS, precision="f64"),
+    "to_texture": lambda: LONG.to_texture(512),
+    "sparse": lambda: LONG.to_texture(2048, sparse=True, band=0.02),
+    "mesh": lambda: sdfrs.mesh_to_sdf_texture(*NEEDLES, resolution=512, bounds=((-3, -3, -3), (3, 3, 3))),
 }
+# Triangles all over the box: nothing is far from any, so nothing can be skipped.
+NEEDLES = (
+    np.random.default_rng(2).uniform(-1, 1, (100_000, 3)).repeat(3, axis=0)
+    + np.random.default_rng(3).normal(scale=0.05, size=(300_000, 3)),
+    np.arange(300_000).reshape(-1, 3),
+)
 POINTS = np.random.default_rng(1).uniform(-2, 2, (6_000_000, 3))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs", "sdfrs-py"]
+CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs-gpu", "sdfrs", "sdfrs-py"]
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
@@ -30,6 +30,16 @@ ROOMS = {
         ["march"],
         ["voxel"],
         ["shade", "stats"],
+        ["render"],
+    ],
+    "sdfrs-gpu": [
+        ["contract", "error", "pace", "share"],
+        ["adapters"],
+        ["buffers", "device", "emit", "pipelines", "scene"],
+        ["field"],
+        ["camera", "dispatch", "tracer"],
+        ["march"],
+        ["shade"],
         ["render"],
     ],
 }

@@ -107,7 +107,7 @@ def test_a_texture_raises_no_warning_of_steepness(recwarn):
 
 def test_normals_are_continuous():
     tex = sdfrs.sphere(0.7).to_texture(33, bounds=BOX)
-    flat = sdfrs.Camera.look_at((0, 0, 3), (0, 0, 0), fov=12, width=256, height=8)
+    flat = sdfrs.Camera.look_at((0, 0, 3), (0, 0, 0), fov=0.5, width=256, height=8)
     image = sdfrs.render(tex, flat, eps=1e-6, max_steps=5000)
     normals = image.normals[4][image.hit[4]].astype(float)
     # 16 pixels a voxel: no step of the normal is much longer than the mean one.

@@ -11,12 +11,10 @@ use sdfrs_trace::{
 };
 
 use super::bar;
-use crate::{
-    Scene, clock,
-    pruned_peer::{Pruned, TILES},
-    scenes, trace,
-};
+use crate::{Scene, clock, pruned_peer::TILES, scenes, trace};
 
+/// What a picture is pruned by unasked.
+const PRUNE: Prune = Prune::Auto { skip: true };
 /// Seconds a rival gets for pictures.
 const LONG: f64 = 1.0;
 
@@ -25,24 +23,24 @@ fn milliseconds<const N: usize>(jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     clock::minima(LONG, jobs).map(|s| s * 1e3)
 }
 
-/// Unpruned against fidget's JIT, pruned against the scalar loop: bars for the latter.
 pub fn peers() {
     println!(
-        "| scene, 512x512 | ours unpruned, ms | `exact` | `skip` | fidget JIT, 32x32 tiles | scalar loop | unpruned / JIT | scalar / skip | bar |"
+        "| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | bar | with skip | rays that differ |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    let lines = trace::picture(512);
-    let batch = trace::Batch::new(512);
+    const SIDE: usize = 512;
+    let lines = trace::picture(SIDE);
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
     for (scene, least) in [(scenes::csg(), 10.0), (scenes::spheres(1000), 100.0)] {
+        let skips = least > 10.0;
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
-        alike(batch.trace(&program), trace::waves(&mut jit, &lines));
-        let [ours, exact, skip, jit, scalar] = milliseconds([
+        let (a, b) = (batch.trace(&program), trace::waves(&mut jit, &lines));
+        let differ = a.hits.abs_diff(b.hits);
+        assert!(differ * 1000 <= lines.len(), "{a:?} {b:?}");
+        let [ours, skip, jit, scalar] = milliseconds([
             &mut || {
                 black_box(batch.trace(&program));
-            },
-            &mut || {
-                black_box(batch.pruned(&program, Prune::Exact));
             },
             &mut || {
                 black_box(batch.pruned(&program, Prune::Skip));
@@ -55,82 +53,74 @@ pub fn peers() {
             },
         ]);
         println!(
-            "| {} | {ours:.1} | {exact:.1} | {skip:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | >= {least}{} |",
+            "| {} | {ours:.1} | {jit:.1} | {scalar:.1} | {:.2} | {:.1} | >= {least}{}{} | {:.1} | {differ} |",
             scene.name,
             ours / jit,
-            scalar / skip,
-            if scalar >= least * skip { "" } else { " (missed)" }
+            scalar / ours,
+            if skips { " with skip" } else { "" },
+            if scalar >= least * if skips { skip } else { ours } { "" } else { " (missed)" },
+            scalar / skip
         );
     }
     println!();
 }
 
-/// Panics unless two tracers hit the same rays, a few grazing ones apart.
-fn alike(a: trace::Totals, b: trace::Totals) -> usize {
-    let differ = a.hits.abs_diff(b.hits);
-    assert!(differ <= 300, "{a:?} {b:?}");
-    differ
-}
-
-/// The strongest opponent: fidget with intervals and simplified tapes for each tile and slab.
+/// What pruning is worth, and the strongest opponent: fidget with intervals and simplified tapes for each
+/// tile and slab.
 pub fn pruned() {
     println!(
-        "| scene, 512x512 | unpruned, ms | `exact` | `skip` | fidget JIT, its own pruning | slabs | skip / JIT | bar | skip / unpruned | bar | exact / unpruned | bar | rays that differ |"
+        "| scene, 512x512 | unpruned, ms | exact | skip | unpruned / exact | bar | unpruned / skip | bar | fidget JIT, its own pruning | skip / JIT | bar |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    let nested = trace::nested(512, TILES);
-    let batch = trace::Batch::new(512);
-    let limits = [(None, Some(0.5), None), (Some(1.0 / 12.0), Some(1.0 / 12.0), Some(1.0 / 8.0))];
-    for (scene, bars) in [scenes::csg(), scenes::spheres(1000)].iter().zip(limits) {
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    const SIDE: usize = 512;
+    let lines = trace::picture(SIDE);
+    let nested = trace::nested(SIDE, TILES);
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    for (scene, bars) in [
+        (scenes::csg(), [None, Some(2.0), None]),
+        (scenes::spheres(1000), [Some(8.0), Some(12.0), Some(12.0)]),
+    ] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
+        let (whole, exact) = (batch.trace(&program), batch.pruned(&program, Prune::Exact));
+        assert_eq!(whole, exact, "{}", scene.name);
         let mut jit = scene.hand.pruned_jit();
-        let depths = best_slabs(&mut jit, &nested);
-        let off = batch.trace(&program);
-        let differ =
-            alike(off, jit.trace(&nested, depths)).max(alike(off, batch.pruned(&program, Prune::Skip)));
-        assert_eq!(off, batch.pruned(&program, Prune::Exact));
-        let [ours, exact, skip, peer] = milliseconds([
-            &mut || {
-                black_box(batch.trace(&program));
-            },
-            &mut || {
-                black_box(batch.pruned(&program, Prune::Exact));
-            },
-            &mut || {
-                black_box(batch.pruned(&program, Prune::Skip));
-            },
-            &mut || {
-                black_box(jit.trace(&nested, depths));
-            },
-        ]);
+        let mut best = [f64::INFINITY; 4];
+        for depths in [[0.5f32, 0.25], [1.0, 0.5], [2.0, 1.0]] {
+            let peer = jit.trace(&nested, depths);
+            assert!(whole.hits.abs_diff(peer.hits) * 1000 <= lines.len(), "{whole:?} {peer:?}");
+            let times = milliseconds([
+                &mut || {
+                    black_box(batch.trace(&program));
+                },
+                &mut || {
+                    black_box(batch.pruned(&program, Prune::Exact));
+                },
+                &mut || {
+                    black_box(batch.pruned(&program, Prune::Skip));
+                },
+                &mut || {
+                    black_box(jit.trace(&nested, depths));
+                },
+            ]);
+            best = std::array::from_fn(|i| best[i].min(times[i]));
+        }
+        let [off, exact, skip, peer] = best;
+        let gains = [off / exact, off / skip, peer / skip];
+        let marks: Vec<String> = gains
+            .iter()
+            .zip(bars)
+            .map(|(gain, bar)| {
+                bar.map_or(String::new(), |bar| {
+                    format!("{bar}{}", if *gain >= bar { "" } else { " (missed)" })
+                })
+            })
+            .collect();
         println!(
-            "| {} | {ours:.1} | {exact:.1} | {skip:.1} | {peer:.1} | {} and {} | {:.3} | {} | {:.3} | {} | {:.3} | {} | {differ} |",
-            scene.name,
-            depths[0],
-            depths[1],
-            skip / peer,
-            bar(bars.0, skip / peer),
-            skip / ours,
-            bar(bars.1, skip / ours),
-            exact / ours,
-            bar(bars.2, exact / ours)
+            "| {} | {off:.1} | {exact:.1} | {skip:.1} | {:.1} | {} | {:.1} | {} | {peer:.1} | 1 / {:.1} | {} |",
+            scene.name, gains[0], marks[0], gains[1], marks[1], gains[2], marks[2]
         );
     }
     println!();
-}
-
-/// The depths that serve the opponent best.
-fn best_slabs(jit: &mut Pruned, lines: &[trace::Line]) -> [f32; 2] {
-    let mut best = (f64::INFINITY, [0.0; 2]);
-    for depths in [[0.5, 0.25], [1.0, 0.5], [2.0, 1.0]] {
-        let start = clock::cpu();
-        black_box(jit.trace(lines, depths));
-        let seconds = clock::cpu() - start;
-        if seconds < best.0 {
-            best = (seconds, depths);
-        }
-    }
-    best.1
 }
 
 /// The interpreter beside the same scene compiled by hand for AVX-512.
@@ -141,8 +131,9 @@ pub fn packets() {
         println!("no AVX-512 here: no packets\n");
         return;
     }
-    let lines = trace::picture(512);
-    let (batch, rays) = (trace::Batch::new(512), packet::Rays::new(&lines));
+    const SIDE: usize = 512;
+    let lines = trace::picture(SIDE);
+    let (batch, rays) = (trace::Batch::new(&trace::rows(SIDE), SIDE), packet::Rays::new(&lines));
     let scene = scenes::csg();
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let (a, b) = (trace::scalar(&scene, &lines), packet::trace(&rays));
@@ -167,17 +158,22 @@ pub fn packets() {
 
 /// Cost by the number of spheres.
 pub fn growth() {
-    println!("| spheres, 512x512 | `skip`, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
-    let batch = trace::Batch::new(512);
-    let programs = [100, 1_000, 10_000, 100_000]
-        .map(|n| (n, Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap()));
-    let run = |i: usize| {
-        black_box(batch.pruned(&programs[i].1, Prune::Skip));
-    };
-    let ms = milliseconds([&mut || run(0), &mut || run(1), &mut || run(2), &mut || run(3)]);
-    for ((n, _), ms_of) in programs.iter().zip(ms) {
-        let limit = (*n == 100_000).then_some(6.0);
-        println!("| {n} | {ms_of:.1} | {:.2} | {} |", ms_of / ms[1], bar(limit, ms_of / ms[1]));
+    const SIDE: usize = 512;
+    println!("| spheres, {SIDE}x{SIDE} | skip, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    let mut thousand = f64::NAN;
+    let mut rows = Vec::new();
+    for n in [100, 1_000, 10_000, 100_000] {
+        let program = Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap();
+        let [ms] = milliseconds([&mut || {
+            black_box(batch.pruned(&program, Prune::Skip));
+        }]);
+        thousand = if n == 1_000 { ms } else { thousand };
+        rows.push((n, ms));
+    }
+    for (n, ms) in rows {
+        let limit = (n == 100_000).then_some(6.0);
+        println!("| {n} | {ms:.1} | {:.2} | {} |", ms / thousand, bar(limit, ms / thousand));
     }
     println!();
 }
@@ -185,7 +181,8 @@ pub fn growth() {
 /// Wall clock, because the point is not to wait; meaningless on a busy machine.
 pub fn threads() {
     println!("| scene, 512x512 | one thread, ms | two | one / two | bar |\n|---|---|---|---|---|");
-    let batch = trace::Batch::new(512);
+    const SIDE: usize = 512;
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut best = [f64::INFINITY; 2];
@@ -213,7 +210,8 @@ pub fn parts() {
     let camera = camera();
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let Scene { shape, name, .. } = &scene;
-        let batch = camera_rays(&camera);
+        let lines = camera_lines(&camera);
+        let batch = trace::Batch::new(&lines, camera.width as usize);
         let program = Program::<f32>::for_tracing(shape).unwrap();
         let mut shading = f64::INFINITY;
         let [whole, rays] = milliseconds([
@@ -223,7 +221,7 @@ pub fn parts() {
                 black_box(made);
             },
             &mut || {
-                black_box(batch.pruned(&program, Prune::Auto { skip: true }));
+                black_box(batch.pruned(&program, PRUNE));
             },
         ]);
         let beyond = 1.0 - rays / whole;
@@ -246,16 +244,15 @@ pub fn camera() -> Camera {
 pub fn picture(shape: &Shape, camera: &Camera) -> Picture<f32> {
     let lights = [PointLight::at([4.0, 6.0, 3.0])];
     let scene = render::Scene { shape, camera, lights: &lights, surface: Surface::default() };
-    let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 256, prune: Prune::Auto { skip: true } };
+    let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 256, prune: PRUNE };
     render::render(&scene, &Tracer::Basic { guards: true }, &limits, 10.0, &Control::new()).unwrap()
 }
 
-/// Its rays, made beforehand.
-pub fn camera_rays(camera: &Camera) -> trace::Batch {
+pub fn camera_lines(camera: &Camera) -> Vec<trace::Line> {
     let pixels = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
     let line = |(x, y)| {
         let (o, d) = camera.ray(x, y).unwrap();
         trace::Line { o: o.map(|v| v as f32), d: d.map(|v| v as f32) }
     };
-    trace::Batch::of_lines(pixels.map(line).collect(), camera.width as usize)
+    pixels.map(line).collect()
 }

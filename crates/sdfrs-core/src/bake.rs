@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Points evaluated by one call.
-const PIECE: usize = 4096;
+const PIECE: usize = 2048;
 /// Cells on both sides of the surface whose nodes are kept unless a band is given.
 const BAND: f64 = 4.0;
 
@@ -266,11 +266,13 @@ impl Job<'_> {
     }
 }
 
-/// Memory for `n` numbers, or an error instead of an abort.
+/// Memory for `n` zeros, or an error instead of an abort.
 fn room<T: Default + Clone>(n: usize) -> Result<Vec<T>, SceneError> {
-    let mut out = Vec::new();
-    out.try_reserve_exact(n)
+    let mut probe: Vec<T> = Vec::new();
+    probe
+        .try_reserve_exact(n)
         .map_err(|_| SceneError::new("to_texture", format!("{n} numbers find no memory")))?;
-    out.resize(n, T::default());
-    Ok(out)
+    drop(probe);
+    // The system hands out zeros when a page is first touched: writing them here would take a while.
+    Ok(vec![T::default(); n])
 }

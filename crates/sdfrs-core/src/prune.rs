@@ -182,8 +182,9 @@ impl Part {
             for (slot, a) in to.a.iter_mut().zip(&one.a[..one.op.arity()]) {
                 *slot = slot_of[*a as usize];
             }
+            // The first operand's slot last: it is the next one taken, so that chains of joins stay in one slot.
             for (n, a) in one.a[..one.op.arity()].iter().enumerate().rev() {
-                // The first operand last, so that chains of joins stay in its slot. Given back once, and never a coordinate's: every chunk fills those afresh.
+                // Given back once, and never a coordinate's: every chunk fills those afresh.
                 let again = one.a[..n].contains(a);
                 if *a >= INPUTS && last[*a as usize] == i as u32 && !again {
                     free.push(slot_of[*a as usize]);

@@ -22,7 +22,7 @@ fn sample(shape: &Shape, band: Option<f64>) -> Grid {
     let plan = Plan { dims: DIMS, lo: [-1.0, -0.9, -0.8], hi: [1.2, 0.9, 0.8], band, wide: false };
     let control = Control::new();
     let grid = bake(shape, &plan, u64::MAX, &control).unwrap();
-    assert!(control.done() <= total(&plan) && control.done() + 2 * 4096 >= total(&plan));
+    assert!(control.done() <= total(&plan) && control.done() + 2 * 2048 >= total(&plan));
     grid
 }
 

@@ -42,18 +42,26 @@ pub struct Params {
     pub background: u32,
 }
 
-/// A camera's axes and scale.
+/// A camera's axes, and the height of a pixel, each as the sum of two numbers.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct View {
     pub origin: [f32; 3],
-    pub half_height: f32,
+    pub scale: f32,
     pub forward: [f32; 3],
-    pub perspective: u32,
+    pub scale_low: f32,
     pub right: [f32; 3],
     pub width: u32,
     pub up: [f32; 3],
     pub height: u32,
+    pub origin_low: [f32; 3],
+    pub perspective: u32,
+    pub forward_low: [f32; 3],
+    pub unused: u32,
+    pub right_low: [f32; 3],
+    pub unused_too: u32,
+    pub up_low: [f32; 3],
+    pub unused_three: u32,
 }
 
 /// A ray that comes from the host; the direction has unit length.

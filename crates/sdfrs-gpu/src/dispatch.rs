@@ -1,7 +1,7 @@
 //! One dispatch after the other: submitted, waited for, timed.
 //!
 //! The GPU's own clock where the adapter has one, else the wall's, which holds the way there and back too.
-//! Law (tests/march.rs): once the first has been measured, no dispatch takes longer than 100 ms.
+//! Law (tests/march.rs): dispatches are short, once the first one has been measured.
 
 use std::time::{Duration, Instant};
 

@@ -20,7 +20,7 @@ use crate::{
     dispatch::{Course, Dispatcher, Ready, tell},
     emit::{self, Emitted},
     error::GpuError,
-    pipelines::{self, Binding, SCENE},
+    pipelines::{self, Binding},
     scene::Scene,
     share::Shares,
     tracer::{self, Parts},
@@ -97,7 +97,7 @@ impl Compiled {
         buffers: &[&wgpu::Buffer],
     ) -> Result<Ready, GpuError> {
         let text = self.emitted.link(&texts(modules), entry)?;
-        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &SCENE])?;
+        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &self.emitted.bindings()])?;
         let own = pipelines::bind(device, &pipeline, 0, buffers)?;
         let groups = vec![own, self.scene.bind(device, &pipeline)?];
         Ok(Ready { pipeline, groups })
@@ -106,7 +106,16 @@ impl Compiled {
 
 /// The modules of a march, by name.
 pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
-    let common = ["contract", "number", source, "tracer/walk", "tracer/tally", "pass/lists", "pass/march"];
+    let common = [
+        "contract",
+        "number",
+        source,
+        "tracer/walk",
+        "tracer/tally",
+        "pass/lists",
+        "pass/march",
+        "source/pair",
+    ];
     common.iter().chain(parts.modules).copied().collect()
 }
 
@@ -204,13 +213,15 @@ impl<'a> Job<'a> {
         if let From::Camera(view, t_max) = from {
             (self.params.view, self.params.t_max) = (*view, *t_max);
         }
+        // Blocks of pixels need it wherever the rays come from.
+        self.params.view.width = width.unwrap_or_default();
         let memory = self.memory(tile, matches!(from, From::Host(_)))?;
         let mut shares = Shares::default();
         let mut walked = 0.0;
         for base in (0..count).step_by(tile) {
             let start = Instant::now();
             let rays = tile.min(count - base);
-            let blocks = width.is_some_and(|w| base % w as usize == 0 && rays % w as usize == 0);
+            let blocks = width.is_some_and(|w| base.is_multiple_of(w as usize) && rays.is_multiple_of(w as usize));
             let params =
                 Params { rays: rays as u32, base: base as u32, blocks: blocks.into(), ..self.params };
             if let From::Host(source) = from {

@@ -21,8 +21,8 @@ const GROUP: [Binding; 5] =
     [Binding::Uniform, Binding::Read, Binding::Read, Binding::Read, Binding::ReadWrite];
 
 /// The modules of the pass, by name.
-pub fn modules(source: &'static str) -> [&'static str; 6] {
-    ["contract", "number", source, "shade/normal", "shade/direct", "pass/shade"]
+pub fn modules(source: &'static str) -> [&'static str; 7] {
+    ["contract", "number", source, "source/pair", "shade/normal", "shade/direct", "pass/shade"]
 }
 
 /// The shading of a scene, compiled.

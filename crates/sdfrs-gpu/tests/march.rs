@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use common::shapes::{build, moved, num, vec3};
 use rays::{Batch, LIMITS, bits, camera, different, tracers};
-use sdfrs_core::{Control, Limits, Shape};
+use sdfrs_core::{Control, Limits, Prune, Shape};
 use sdfrs_gpu::{
     GpuError,
     march::{self, Settings},
@@ -79,13 +79,13 @@ fn limits_end_rays_as_on_the_cpu() {
     let fields = fields();
     let (_, csg) = &fields[0];
     let cases = [
-        (Limits { eps: 1e-3, cone: 2e-3, max_steps: 400 }, 0.0, 30.0),
-        (Limits { eps: 1e-4, cone: 0.0, max_steps: 7 }, 0.0, 30.0),
-        (Limits { eps: 1e-4, cone: 0.0, max_steps: 1 }, 0.0, 30.0),
-        (Limits { eps: 1e-9, cone: 0.0, max_steps: 200 }, 0.0, 30.0),
-        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300 }, 2.9, 3.2),
-        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300 }, 1.0, 1.0),
-        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300 }, -4.0, 9e5),
+        (Limits { eps: 1e-3, cone: 2e-3, max_steps: 400, prune: Prune::Off }, 0.0, 30.0),
+        (Limits { eps: 1e-4, cone: 0.0, max_steps: 7, prune: Prune::Off }, 0.0, 30.0),
+        (Limits { eps: 1e-4, cone: 0.0, max_steps: 1, prune: Prune::Off }, 0.0, 30.0),
+        (Limits { eps: 1e-9, cone: 0.0, max_steps: 200, prune: Prune::Off }, 0.0, 30.0),
+        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune: Prune::Off }, 2.9, 3.2),
+        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune: Prune::Off }, 1.0, 1.0),
+        (Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune: Prune::Off }, -4.0, 9e5),
     ];
     for (limits, t_min, t_max) in cases {
         let batch = Batch::new(&camera(24, 16), t_min, t_max);

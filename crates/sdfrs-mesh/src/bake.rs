@@ -3,13 +3,15 @@
 //! Everything is done relative to the middle of the grid's box and divided by a power of two, in f64 until the kernels
 //! round once: offsets and scales change no digit.
 
-use std::sync::{Mutex, atomic::AtomicU64};
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 
 use crate::{
-    Mesh, MeshError, Watch, afterwards,
-    bricks::{Assembly, Bricks, SIDE, Units},
+    Mesh, MeshError, Watch,
+    afterwards::Judge,
+    assembly::Assembly,
+    bricks::{Bricks, SIDE, Units},
     budget::Budget,
     check::{Checked, Findings, check},
     clusters,
@@ -279,7 +281,7 @@ impl<'a> Job<'a> {
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
         descent.run(&sink)?;
         if self.signs_follow(signs) {
-            afterwards::dense(&mut values, dims, &self.grid, signs, descent.watch)?;
+            Judge::new(signs, &self.grid, self.budget, descent.watch).dense(&mut values, dims)?;
         }
         Ok(Values::Dense(values))
     }
@@ -296,13 +298,13 @@ impl<'a> Job<'a> {
 
     fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
         let units = Units { scale: self.scale, band: self.band };
-        let assembly = Assembly::new(&self.grid, units, self.bricks, self.budget)?;
-        let count = AtomicU64::new(0);
-        let mut parts = descent.run(&Bricks::new(self.budget, &count, &self.grid, units))?;
+        self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
+        let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
         if self.signs_follow(signs) {
-            parts.par_iter_mut().try_for_each(|part| afterwards::bricks(part, &self.grid, signs, descent.watch))?;
+            let judge = Judge::new(signs, &self.grid, self.budget, descent.watch);
+            parts.par_iter_mut().try_for_each(|part| judge.bricks(part))?;
         }
-        Ok(Values::Sparse(assembly.finish(parts)))
+        Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
     }
 
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
@@ -314,9 +316,12 @@ impl<'a> Job<'a> {
                 return Err(MeshError::Cancelled);
             }
             let (y, z) = (row as u32 % dims[1], row as u32 / dims[1]);
-            for (x, value) in values.iter_mut().enumerate() {
-                let world = [x as u32, y, z];
-                *value = signs.confidence(self.grid.node(axes.map(|k| world[k]))) as f32;
+            let node = |x: u32| self.grid.node(axes.map(|k| [x, y, z][k]));
+            let points: Vec<[f64; 3]> = (0..dims[0]).map(node).collect();
+            let mut sure = vec![0.0; points.len()];
+            signs.confidence_many(&points, &mut sure);
+            for (value, sure) in values.iter_mut().zip(sure) {
+                *value = sure as f32;
             }
             Ok(())
         })?;

@@ -27,6 +27,10 @@ impl Budget {
         Err(MeshError::bad("memory", message))
     }
 
+    pub fn left(&self) -> u64 {
+        self.allowed.saturating_sub(self.taken.load(Ordering::Relaxed))
+    }
+
     pub fn give(&self, bytes: u64) {
         self.taken.fetch_sub(bytes, Ordering::Relaxed);
     }

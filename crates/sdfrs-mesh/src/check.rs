@@ -14,14 +14,15 @@ mod survey;
 mod weld;
 
 use crate::{Mesh, MeshError};
+use glam::DVec3;
 
-pub(crate) use edges::Edges;
+pub(crate) use edges::{Edges, NONE};
 use frame::{Flat, Frame, flatness};
 
 /// The most faces: half-edges are numbered by u32.
 pub const MAX_FACES: u64 = (u32::MAX / 3) as u64;
-/// The most vertices: they are numbered by u32.
-pub const MAX_VERTICES: u64 = u32::MAX as u64;
+/// The most vertices: an edge's two and its direction have to fit 64 bits with its number.
+pub const MAX_VERTICES: u64 = (u32::MAX / 2) as u64;
 
 /// A mesh to be believed, in the unit frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +38,14 @@ pub struct Checked {
 
 impl Checked {
     pub fn corners(&self, face: usize) -> [[f64; 3]; 3] {
-        self.faces[face].map(|v| self.vertices[v as usize])
+        // Spelled out: as a `map` over the array it isn't inlined.
+        let [a, b, c] = self.faces[face];
+        [self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]]
+    }
+
+    pub(crate) fn points(&self, face: usize) -> [DVec3; 3] {
+        let [a, b, c] = self.corners(face);
+        [DVec3::from_array(a), DVec3::from_array(b), DVec3::from_array(c)]
     }
 }
 
@@ -215,7 +223,7 @@ fn volume(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> f64 {
     let sum: f64 = faces
         .iter()
         .map(|f| {
-            let [a, b, c] = f.map(|v| glam::DVec3::from(vertices[v as usize]));
+            let [a, b, c] = f.map(|v| DVec3::from(vertices[v as usize]));
             a.dot(b.cross(c))
         })
         .sum();

@@ -26,17 +26,23 @@ use crate::{
     sign::Signs,
 };
 
-/// Cells of at most so many nodes across are one task's, and hold triangles rather than clusters.
+/// Cells of at most so many nodes across are one task's.
 const TASK: u32 = 16;
+/// Lists of fewer clusters become lists of triangles.
+const EXPAND: usize = 1000;
 
 /// Takes what the descent finds. Origins and boxes are in nodes along the descent's axes, distances in its frame.
 pub trait Sink: Send + Sized {
     /// An empty one for a task of its own.
     fn fork(&self) -> Self;
     /// A cell of 8 x 8 x 16 nodes begins.
-    fn open(&mut self, _cell: &Cell) -> Result<(), MeshError> {
+    fn open(&mut self, _cell: &Cell) {}
+    /// It ends.
+    fn close(&mut self) -> Result<(), MeshError> {
         Ok(())
     }
+    /// The task ends.
+    fn finish(&mut self) {}
     /// Signed distances at the nodes of a leaf.
     fn leaf(&mut self, cell: &Cell, values: &[f32; 16]);
     /// All points of the cell, and the nodes one past its end, are farther than the band.
@@ -136,13 +142,16 @@ impl Descent<'_> {
         if self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
+        if kind == Kind::Slabs && list.len() < EXPAND {
+            return self.top(sink, self.expand(&list), Kind::Tris, cell);
+        }
         let mut part = sink.fork();
         let mut arena = self.arenas.lock().ok().and_then(|mut a| a.pop()).unwrap_or_default();
         if cell.n <= TASK {
-            let list = if kind == Kind::Slabs { self.expand(&list) } else { list };
             arena.reserve(self.budget, list.len(), 0, 0)?;
             arena.ids[..list.len()].copy_from_slice(&list);
-            self.descend(&mut arena, &mut part, [0, list.len()], 0, cell)?;
+            self.descend(&mut arena, &mut part, kind, [0, list.len()], 0, cell)?;
+            part.finish();
             if let Ok(mut arenas) = self.arenas.lock() {
                 arenas.push(arena);
             }
@@ -185,20 +194,27 @@ impl Descent<'_> {
         &self,
         arena: &mut Arena,
         sink: &mut S,
+        kind: Kind,
         [from, end]: [usize; 2],
         mask: usize,
         cell: Cell,
     ) -> Result<(), MeshError> {
+        if kind == Kind::Slabs && (cell.n <= 8 || end - from < EXPAND) {
+            let all = self.expand(&arena.ids[from..end]);
+            arena.reserve(self.budget, end + all.len(), 0, 0)?;
+            arena.ids[end..end + all.len()].copy_from_slice(&all);
+            return self.descend(arena, sink, Kind::Tris, [end, end + all.len()], mask, cell);
+        }
         if cell.n >= 8 && self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
         if cell.n == 8 {
-            sink.open(&cell)?;
+            sink.open(&cell);
         }
         let count = end - from;
         arena.reserve(self.budget, end + count + 16, mask + count, count)?;
         let list = std::mem::take(&mut arena.ids);
-        let known = self.examine(arena, &list[from..end], Kind::Tris, mask, &cell);
+        let known = self.examine(arena, &list[from..end], kind, mask, &cell);
         arena.ids = list;
         let known = known?;
         if cell.n == 4 {
@@ -209,9 +225,9 @@ impl Descent<'_> {
             let (above, below) = arena.ids.split_at_mut(end);
             let masks = &arena.masks[mask..mask + count];
             let n = self.kernels.pick(&above[from..], masks, 3 << (2 * pair), below);
-            self.descend(arena, sink, [end, end + n], mask + count, next)?;
+            self.descend(arena, sink, kind, [end, end + n], mask + count, next)?;
         }
-        Ok(())
+        if cell.n == 8 { sink.close() } else { Ok(()) }
     }
 
     /// The cell of a pair of children, or of the one that has nodes within the band; hands over those that have not.

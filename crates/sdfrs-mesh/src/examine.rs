@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Triangles that reach so many half sides of a cell are held against the tangent bound too.
-const LARGE: f32 = 8.0;
+const LARGE: f32 = 2.0;
 
 impl Descent<'_> {
     /// Holds a list against the children: masks of who needs what go to the arena, from `mask` on.

@@ -144,6 +144,13 @@ impl Grid {
         self.unit(std::array::from_fn(|a| self.start[a] + self.step[a] * f64::from(index[a])))
     }
 
+    /// Coordinates of all nodes along one of the world's axes, in the unit frame.
+    pub fn line(&self, axis: usize) -> Vec<f64> {
+        let a = self.axes.iter().position(|&k| k == axis).unwrap_or_default();
+        let at = |i: u32| self.centre[axis] + self.scale * (self.start[a] + self.step[a] * f64::from(i));
+        (0..self.dims[a]).map(at).collect()
+    }
+
     /// The longest distance of any point of a node's cell from the nearest node.
     pub fn half_diagonal(&self) -> f64 {
         0.5 * DVec3::from_array(self.step).length()

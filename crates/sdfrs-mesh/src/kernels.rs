@@ -68,13 +68,12 @@ fn triangle<L: Lanes>(t: &Tri, p: &[L; 3]) -> L {
     let (x, y, z) = (dot3(&t.e[0], &d), dot3(&t.e[1], &d), dot3(&t.e[2], &d));
     let zero = L::splat(0.0);
     let [l, r] = &t.half;
-    let side = |l: f32, r: f32| L::by_sign(x, L::splat(l), L::splat(r));
-    let (nh, nw) = (side(l.nh, r.nh), side(l.nw, r.nw));
+    let (nh, nw) = (side(x, l.nh, r.nh), side(x, l.nw, r.nw));
     // k: past the end of the base; across and along: from the hypotenuse's lower end.
-    let k = x.abs().sub(side(l.w, r.w));
+    let k = x.abs().sub(side(x, l.w, r.w));
     let across = nh.mul(k).add(nw.mul(y));
     let along = nh.mul(y).sub(nw.mul(k));
-    let beyond = along.sub(along.max(zero).min(side(l.length, r.length)));
+    let beyond = along.sub(along.max(zero).min(side(x, l.length, r.length)));
     let u = L::by_sign(y, k, across).max(zero);
     let v = L::by_sign(y, y, beyond);
     z.mul(z).add(u.mul(u).add(v.mul(v)))
@@ -87,22 +86,30 @@ fn closest<L: Lanes>(t: &Tri, p: &[L; 3]) -> [L; 3] {
     let (x, y) = (dot3(&t.e[0], &d), dot3(&t.e[1], &d));
     let zero = L::splat(0.0);
     let [l, r] = &t.half;
-    let side = |l: f32, r: f32| L::by_sign(x, L::splat(l), L::splat(r));
-    let (nh, nw, w) = (side(l.nh, r.nh), side(l.nw, r.nw), side(l.w, r.w));
+    let (nh, nw, w) = (side(x, l.nh, r.nh), side(x, l.nw, r.nw), side(x, l.w, r.w));
     let u = x.abs();
     let k = u.sub(w);
     let across = nh.mul(k).add(nw.mul(y));
-    let along = nh.mul(y).sub(nw.mul(k)).max(zero).min(side(l.length, r.length));
+    let along = nh.mul(y).sub(nw.mul(k)).max(zero).min(side(x, l.length, r.length));
     // On the hypotenuse where `across` is positive, else the point itself; on the base for y < 0.
     let (hx, hy) = (w.sub(along.mul(nw)), along.mul(nh));
     let outside = zero.less(across);
     let qx = L::by_sign(y, u.min(w), L::select(outside, hx, u));
     let qy = L::by_sign(y, zero, L::select(outside, hy, y));
     let qx = L::by_sign(x, zero.sub(qx), qx);
-    let axis = |k: usize| {
-        L::splat(t.origin[k]).add(qx.mul(L::splat(t.e[0][k])).add(qy.mul(L::splat(t.e[1][k]))))
-    };
-    [axis(0), axis(1), axis(2)]
+    [back(t, 0, qx, qy), back(t, 1, qx, qy), back(t, 2, qx, qy)]
+}
+
+/// Axis `k` of a point of the triangle's plane.
+#[inline(always)]
+fn back<L: Lanes>(t: &Tri, k: usize, x: L, y: L) -> L {
+    L::splat(t.origin[k]).add(x.mul(L::splat(t.e[0][k])).add(y.mul(L::splat(t.e[1][k]))))
+}
+
+/// The half that the sign of `x` says. Functions, not closures: a closure would not be compiled for the instruction set.
+#[inline(always)]
+fn side<L: Lanes>(x: L, l: f32, r: f32) -> L {
+    L::by_sign(x, L::splat(l), L::splat(r))
 }
 
 /// A lower bound of the squared distance of anything in a slab; may be negative.
@@ -248,19 +255,6 @@ fn retain<L: Lanes>(slabs: &[Slab], list: &[u32], rows: &[Row], bound: &Bound, m
     }
 }
 
-/// Items of which a bit of `bits` is set, to the front of `out`, which has 16 places more than the list.
-#[inline(always)]
-fn pick(list: &[u32], masks: &[u16], bits: u16, out: &mut [u32]) -> usize {
-    let mut n = 0;
-    for (&item, &mask) in list.iter().zip(masks) {
-        if let Some(place) = out.get_mut(n) {
-            *place = item;
-        }
-        n += usize::from(mask & bits != 0);
-    }
-    n
-}
-
 /// The functions of one instruction set.
 #[derive(Clone, Copy)]
 pub struct Kernels {
@@ -307,7 +301,8 @@ macro_rules! versions {
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn pick(list: &[u32], masks: &[u16], bits: u16, out: &mut [u32]) -> usize {
-                super::pick(list, masks, bits, out)
+                // SAFETY: passed on.
+                unsafe { crate::pick::$module(list, masks, bits, out) }
             }
             pub const KERNELS: Kernels = Kernels { measure, leaf, nearest, keep, survey, retain, pick };
         }

@@ -7,6 +7,7 @@ extern crate self as sdfrs_mesh;
 mod meshes;
 
 mod afterwards;
+mod assembly;
 pub mod bake;
 mod bricks;
 mod budget;
@@ -25,6 +26,7 @@ mod kernels;
 mod lanes;
 mod leaves;
 pub mod mesh;
+mod pick;
 pub mod read;
 mod shared;
 mod sides;

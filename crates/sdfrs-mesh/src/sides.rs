@@ -143,6 +143,7 @@ const ON: [u32; 3] = [32, 8, 1];
 /// Those that have a next one.
 const HAVE: [u128; 3] = [u128::MAX >> 32, 0x00ff_ffff_00ff_ffff_00ff_ffff_00ff_ffff, u128::MAX / 255 * 127];
 /// The nodes of the first half along the last axis.
+#[cfg(test)]
 pub const FIRST_HALF: u128 = u128::MAX / 255 * 15;
 
 /// The distances of a block's nodes, and what is known of their sides.

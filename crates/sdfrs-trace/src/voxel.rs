@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use sdfrs_core::{
     Control, Grid, Hits, Limits, Program, Scalar, Shape, Status,
-    contract::FLAG_INSIDE,
+    contract::{FLAG_INSIDE, Work},
     eval::Native,
     grid::{Step, Stepping, bricks_along, voxel},
     math::{Matrix, rotation},

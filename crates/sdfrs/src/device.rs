@@ -269,7 +269,7 @@ fn cpu_trace<T: eval::Native>(
 #[cfg(feature = "gpu")]
 mod gpu {
     pub use sdfrs_gpu::{
-        Choice, Device, GpuError, Kind,
+        Choice, Device, GpuError,
         march::{self, Settings},
         render,
     };

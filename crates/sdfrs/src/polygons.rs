@@ -12,7 +12,7 @@ pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> 
         let message = format!("{} corners given for polygons of {total} in all", corners.len());
         return Err(MeshError::bad("faces", message));
     }
-    let mut polygons = Polygons { vertices, ..Polygons::default() };
+    let mut polygons = Polygons::of(vertices);
     let mut rest = corners.iter();
     for (face, &n) in counts.iter().enumerate() {
         for &corner in rest.by_ref().take(n as usize) {

@@ -12,6 +12,7 @@ use sdfrs_core::{
 use sdfrs_mesh::{
     Mesh, MeshError, Watch,
     bake::{Baked, Settings, Values, bake},
+    sign::SignRule,
 };
 
 /// What samples are stored as.
@@ -64,6 +65,10 @@ pub fn from_mesh(
     stored: Stored,
     control: &Control,
 ) -> Result<(Grid, Baked), TextureError> {
+    if mesh.faces.len() == 1 && settings.sign != SignRule::Unsigned {
+        let message = "one triangle given, which has no inside; sign \"unsigned\" is allowed";
+        return Err(MeshError::bad("faces", message).into());
+    }
     let mut baked = bake(mesh, settings, &Ear(control))?;
     // A cell that the surface passes must not be cut, or its interpolant would be another.
     if let Some(band) = settings.band {

@@ -1,7 +1,7 @@
 //! Tracers in every form, cameras and comparisons of whole traces.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
-use sdfrs_core::{Control, Hits, Limits, Program, Rays, Shape, Span, contract::check_rays};
+use sdfrs_core::{Control, Hits, Limits, Program, Prune, Rays, Shape, Span, contract::check_rays};
 use sdfrs_gpu::{
     Device,
     dispatch::Course,
@@ -12,7 +12,7 @@ use sdfrs_trace::{
     camera::{Camera, Kind},
 };
 
-pub const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 400 };
+pub const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 400, prune: Prune::Off };
 
 /// Every tracer in every form, with guards and to the letter.
 pub fn tracers() -> Vec<Tracer> {

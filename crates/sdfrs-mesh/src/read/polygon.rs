@@ -18,6 +18,10 @@ pub struct Polygons {
 }
 
 impl Polygons {
+    pub fn of(vertices: Vec<[f64; 3]>) -> Self {
+        Self { vertices, ..Self::default() }
+    }
+
     pub fn corner(&mut self, vertex: u32) {
         self.corners.push(vertex);
     }

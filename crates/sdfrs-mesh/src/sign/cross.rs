@@ -16,8 +16,7 @@ fn flat(p: [f64; 3]) -> Coord<f64> {
 /// 1 for a face that looks up, -1 for one that looks down, 0 for a vertical one.
 #[inline]
 pub fn facing(face: &Face) -> i32 {
-    let [a, b, c] = face.map(flat);
-    sign(orient2d(a, b, c))
+    sign(orient2d(flat(face[0]), flat(face[1]), flat(face[2])))
 }
 
 /// Whether the line at `at` passes through a face that looks `facing`.
@@ -39,9 +38,9 @@ pub fn meets(face: &Face, facing: i32, at: [f64; 2]) -> bool {
 /// Whether `p` is above the plane of a face that looks `facing`.
 #[inline]
 pub fn above(face: &Face, facing: i32, p: [f64; 3]) -> bool {
-    let [a, b, c] = face.map(|[x, y, z]| Coord3D { x, y, z });
+    let deep = |[x, y, z]: [f64; 3]| Coord3D { x, y, z };
     // Positive below a face that looks up.
-    sign(orient3d(a, b, c, Coord3D { x: p[0], y: p[1], z: p[2] })) == -facing
+    sign(orient3d(deep(face[0]), deep(face[1]), deep(face[2]), deep(p))) == -facing
 }
 
 fn sign(x: f64) -> i32 {

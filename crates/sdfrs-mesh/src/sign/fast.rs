@@ -219,7 +219,7 @@ pub fn careful(tree: &Tree, mesh: &Checked, p: [f64; 3]) -> Option<f64> {
                 stack.push(level - 1, cluster);
             } else {
                 for &face in tree.faces(cluster) {
-                    let (y, x) = half_angle(p, &mesh.corners(face as usize).map(DVec3::from));
+                    let (y, x) = half_angle(p, &mesh.points(face as usize));
                     if y == 0.0 && x < 0.0 {
                         return None;
                     }

@@ -1,22 +1,16 @@
 //! Signs by the normal of the nearest feature: a face, an edge, a vertex (Baerentzen, Aanaes, Signed distance computation
 //! using the angle weighted pseudonormal, 2005), in f64.
 //!
-//! Departure: the caller's nearest face may be off by its rounding, so which feature of the face is nearest is found
-//! again here, and where that is an edge, the face beyond the edge is asked too.
+//! Departures: the caller's nearest face may be off by its rounding, so which feature of the face is nearest is found
+//! again here, and where that is an edge, the face beyond the edge is asked too. Normals of edges and vertices are made
+//! when they are asked for, which is seldom.
 
-use crate::check::{Checked, Edges};
+use crate::check::{Checked, Edges, NONE};
 use glam::DVec3;
 
-const NONE: u32 = u32::MAX;
-
-/// Normals of edges and vertices.
+/// What lies beyond each edge of each face.
 pub struct Pseudo {
-    /// The edge of each half-edge.
-    edge_of: Vec<u32>,
-    /// A half-edge beyond each half-edge.
     across: Vec<u32>,
-    edges: Vec<DVec3>,
-    vertices: Vec<DVec3>,
 }
 
 /// Where on a face its nearest point lies.
@@ -38,32 +32,13 @@ pub struct Foot {
 
 impl Pseudo {
     pub fn new(mesh: &Checked) -> Self {
-        let found = Edges::new(&mesh.faces, mesh.vertices.len());
-        let mut edges = vec![DVec3::ZERO; found.surplus.len()];
-        let mut vertices = vec![DVec3::ZERO; mesh.vertices.len()];
-        let mut last = vec![NONE; found.surplus.len()];
-        let mut across = vec![NONE; found.of.len()];
-        for (f, face) in mesh.faces.iter().enumerate() {
-            let corners = mesh.corners(f).map(DVec3::from);
-            let normal = normal(&corners);
-            for k in 0..3 {
-                let h = 3 * f + k;
-                let edge = found.of[h] as usize;
-                edges[edge] += normal;
-                let other = std::mem::replace(&mut last[edge], h as u32);
-                if other != NONE {
-                    (across[h], across[other as usize]) = (other, h as u32);
-                }
-                vertices[face[k] as usize] += normal * angle(&corners, k);
-            }
-        }
-        Self { edge_of: found.of, across, edges, vertices }
+        Self { across: Edges::new(&mesh.faces, mesh.vertices.len()).across }
     }
 
     /// Whether `p`, nearest to `face`, is inside.
     pub fn inside(&self, mesh: &Checked, p: [f64; 3], face: u32) -> bool {
         let p = DVec3::from(p);
-        let (mut face, mut at) = (face as usize, foot(p, &mesh.corners(face as usize)));
+        let (mut face, mut at) = (face as usize, foot(p, &mesh.points(face as usize)));
         // Around a vertex it may take several steps, each of which comes nearer.
         for _ in 0..16 {
             let Feature::Edge(k) = at.feature else { break };
@@ -71,25 +46,63 @@ impl Pseudo {
             if beyond == NONE {
                 break;
             }
-            let next = foot(p, &mesh.corners(beyond as usize / 3));
+            let next = foot(p, &mesh.points(beyond as usize / 3));
             if !(next.squared < at.squared) {
                 break;
             }
             (face, at) = (beyond as usize / 3, next);
         }
         let normal = match at.feature {
-            Feature::Face => normal(&mesh.corners(face).map(DVec3::from)),
-            Feature::Edge(k) => self.edges[self.edge_of[3 * face + k] as usize],
-            Feature::Corner(k) => self.vertices[mesh.faces[face][k] as usize],
+            Feature::Face => normal(&mesh.points(face)),
+            Feature::Edge(k) => self.edge(mesh, face, k),
+            Feature::Corner(k) => self.corner(mesh, face, k),
         };
         (p - at.point).dot(normal) < 0.0
     }
+
+    /// The sum of the normals on both sides of an edge.
+    fn edge(&self, mesh: &Checked, face: usize, k: usize) -> DVec3 {
+        let own = normal(&mesh.points(face));
+        match self.across[3 * face + k] {
+            NONE => own,
+            beyond => own + normal(&mesh.points(beyond as usize / 3)),
+        }
+    }
+
+    /// The sum of the normals around a corner, each by the angle that its face has there.
+    fn corner(&self, mesh: &Checked, face: usize, k: usize) -> DVec3 {
+        let vertex = mesh.faces[face][k];
+        let mut sum = weighted(mesh, face, k);
+        // Around by the edge that leaves the corner; from an open end back by the one that enters.
+        for start in [k, (k + 2) % 3] {
+            let (mut from, mut edge) = (face, start);
+            for _ in 0..mesh.faces.len() {
+                let beyond = self.across[3 * from + edge];
+                if beyond == NONE {
+                    break;
+                }
+                let (next, entered) = (beyond as usize / 3, beyond as usize % 3);
+                if next == face {
+                    return sum;
+                }
+                let Some(at) = (0..3).find(|&at| mesh.faces[next][at] == vertex) else { break };
+                sum += weighted(mesh, next, at);
+                // Of the two edges at the vertex, the one by which it wasn't entered.
+                (from, edge) = (next, if entered == at { (at + 2) % 3 } else { at });
+            }
+        }
+        sum
+    }
+}
+
+fn weighted(mesh: &Checked, face: usize, k: usize) -> DVec3 {
+    let corners = mesh.points(face);
+    normal(&corners) * angle(&corners, k)
 }
 
 /// The nearest point of a face with an area.
-pub fn foot(p: DVec3, corners: &[[f64; 3]; 3]) -> Foot {
-    let corners = corners.map(DVec3::from);
-    let normal = normal(&corners);
+pub fn foot(p: DVec3, corners: &[DVec3; 3]) -> Foot {
+    let normal = normal(corners);
     let mut best = Foot { point: p, squared: f64::INFINITY, feature: Feature::Face };
     let mut within = true;
     for k in 0..3 {

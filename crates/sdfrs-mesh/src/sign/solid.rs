@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// As (y, x) of half the solid angle: positive where the point looks at the face from behind.
 #[inline(always)]
 pub fn half_angle(p: DVec3, corners: &[DVec3; 3]) -> (f64, f64) {
-    let [a, b, c] = corners.map(|v| v - p);
+    let (a, b, c) = (corners[0] - p, corners[1] - p, corners[2] - p);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     // By edges: a . (b x c) itself cancels where the face is small and far.
     let y = a.dot((b - a).cross(c - a));
@@ -24,7 +24,7 @@ pub fn winding(mesh: &Checked, p: [f64; 3]) -> f64 {
     let p = DVec3::from(p);
     let sum: f64 = (0..mesh.faces.len())
         .map(|face| {
-            let (y, x) = half_angle(p, &mesh.corners(face).map(DVec3::from));
+            let (y, x) = half_angle(p, &mesh.points(face));
             y.atan2(x)
         })
         .sum();
@@ -41,20 +41,15 @@ pub struct Rim {
 impl Rim {
     pub fn new(mesh: &Checked) -> Self {
         let found = Edges::new(&mesh.faces, mesh.vertices.len());
-        let mut left = found.surplus;
-        let mut edges = Vec::new();
-        for (h, &edge) in found.of.iter().enumerate() {
-            let surplus = std::mem::take(&mut left[edge as usize]);
-            if surplus == 0 {
-                continue;
-            }
-            let face = &mesh.faces[h / 3];
-            let (a, b) = (face[h % 3], face[(h + 1) % 3]);
-            // A surplus of faces that run upwards is closed by fan triangles that run downwards.
-            let (from, to) = if (surplus > 0) == (a < b) { (b, a) } else { (a, b) };
-            let ends = [from, to].map(|v| DVec3::from(mesh.vertices[v as usize]));
-            edges.push((ends, f64::from(surplus.unsigned_abs())));
-        }
+        let edges: Vec<([DVec3; 2], f64)> = found
+            .surplus
+            .iter()
+            .map(|&(h, surplus)| {
+                let (face, k) = (mesh.points(h as usize / 3), h as usize % 3);
+                // The fan's triangles run the other way.
+                ([face[(k + 1) % 3], face[k]], f64::from(surplus))
+            })
+            .collect();
         let middle = edges.iter().map(|(ends, _)| 0.5 * (ends[0] + ends[1])).sum::<DVec3>();
         Self { apex: middle / edges.len().max(1) as f64, edges }
     }

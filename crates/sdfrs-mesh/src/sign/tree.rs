@@ -75,7 +75,8 @@ fn order(mesh: &Checked) -> Vec<u32> {
         .faces
         .iter()
         .map(|f| {
-            let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);
+            let [a, b, c] = *f;
+            let [a, b, c] = [mesh.vertices[a as usize], mesh.vertices[b as usize], mesh.vertices[c as usize]];
             std::array::from_fn(|i| a[i] + b[i] + c[i])
         })
         .collect();
@@ -135,7 +136,7 @@ impl Near {
         // Missing faces are a point far away.
         let mut near = Self { corners: [[[1e3; WIDE]; 3]; 3], normal: [[0.0; WIDE]; 3], noise: [0.0; WIDE] };
         for (lane, &face) in faces.iter().enumerate() {
-            let corners = mesh.corners(face as usize).map(DVec3::from);
+            let corners = mesh.points(face as usize);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             for axis in 0..3 {
                 for k in 0..3 {
@@ -174,7 +175,7 @@ impl Moments {
     }
 
     fn of(mesh: &Checked, faces: &[u32]) -> Self {
-        let all: Vec<[DVec3; 3]> = faces.iter().map(|&f| mesh.corners(f as usize).map(DVec3::from)).collect();
+        let all: Vec<[DVec3; 3]> = faces.iter().map(|&f| mesh.points(f as usize)).collect();
         let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a);
         let (mut middle, mut weight) = (DVec3::ZERO, 0.0);
         for t in &all {
@@ -285,7 +286,7 @@ impl Tree {
             }
             if level == 0 {
                 for &face in self.faces(block) {
-                    let foot = foot(p, &mesh.corners(face as usize));
+                    let foot = foot(p, &mesh.points(face as usize));
                     if foot.squared < best.0 || (foot.squared == best.0 && face < best.1) {
                         best = (foot.squared, face, foot.point);
                     }

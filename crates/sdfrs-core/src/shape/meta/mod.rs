@@ -164,7 +164,12 @@ fn modifier(kind: &Kind, mut m: Meta) -> Result<Meta, SceneError> {
         }
         Kind::Scale { factors } => {
             let (least, most) = extremes(factors);
-            Meta { bounds: m.bounds.scaled(factors), reach: m.reach * least / most, band: m.band * least, ..m }
+            Meta {
+                bounds: m.bounds.scaled(factors),
+                reach: m.reach * least / most,
+                band: m.band * least,
+                ..m
+            }
         }
         Kind::Mirror { axis } => {
             let i = *axis as usize;
