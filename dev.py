@@ -257,7 +257,7 @@ def bench(options: argparse.Namespace, rest: list[str]) -> None:
     need_cargo()
     peers = ("--manifest-path", "benches/Cargo.toml")
     if options.gpu:
-        run("cargo", "run", "-q", *peers, "--bin", "gpu", "--", *rest)
+        run("cargo", "run", "-q", *peers, "--features", "gpu", "--bin", "gpu", "--", *rest)
     elif options.criterion:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:

@@ -83,7 +83,7 @@ impl<T: Scalar> Tape<T> {
         tape
     }
 
-    /// Counts the runs of one op, and checks.
+    /// Counts what goes together, and checks.
     fn finish(&mut self) {
         for i in (0..self.ins.len()).rev() {
             let same =
