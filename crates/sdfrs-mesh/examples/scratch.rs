@@ -1,5 +1,5 @@
 #[path = "/work/wt/sign/crates/sdfrs-mesh/tests/signs/meshes.rs"]
-mod meshes;
+pub mod meshes;
 use meshes::*;
 use sdfrs_mesh::Mesh;
 use sdfrs_mesh::check::check;

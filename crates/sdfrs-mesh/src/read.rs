@@ -14,7 +14,7 @@ mod glb;
 mod obj;
 mod off;
 mod ply;
-mod polygon;
+pub mod polygon;
 mod stl;
 mod text;
 

@@ -12,6 +12,7 @@ mod columns;
 mod cross;
 mod fast;
 mod lines;
+mod moments;
 mod pseudo;
 mod solid;
 mod tree;
@@ -203,7 +204,7 @@ fn whole(mesh: &Checked, findings: &Findings) -> (Method, String) {
     let axis = |n: usize, off: f64| -> Vec<f64> {
         (0..n).map(|i| 2.0 * (i as f64 + off) / n as f64 - 1.0).collect()
     };
-    let axes = [axis(fine, 0.4871), axis(fine, 0.5213), axis(1024, 0.5)];
+    let axes = [axis(fine, 0.4871), axis(fine, 0.5213), axis(512, 0.5)];
     let inverted = findings.signed_volume < 0.0;
     match columns::extremes(mesh, [&axes[0], &axes[1], &axes[2]], 1 << 28) {
         Some((0, 0 | 1)) if !inverted => (Method::Pseudonormal, FORM.to_owned()),

@@ -15,20 +15,38 @@ pub struct Polygons {
     corners: Vec<u32>,
     /// Where each polygon ends among the corners, and its place in the file: a line or a number.
     ends: Vec<(usize, u64)>,
+    /// The first polygon that is none: its number of corners, and its place.
+    short: Option<(usize, u64)>,
 }
 
 impl Polygons {
+    pub fn of(vertices: Vec<[f64; 3]>) -> Self {
+        Self { vertices, ..Self::default() }
+    }
+
     pub fn corner(&mut self, vertex: u32) {
         self.corners.push(vertex);
     }
 
     /// Ends the polygon begun by `corner`; `place` is where it stands.
     pub fn end(&mut self, place: u64) {
-        self.ends.push((self.corners.len(), place));
+        let start = self.ends.last().map_or(0, |last| last.0);
+        let corners = self.corners.len() - start;
+        if corners < 3 {
+            // Kept for `mesh` to refuse; no list grows by such polygons.
+            self.short = self.short.or(Some((corners, place)));
+            self.corners.truncate(start);
+        } else {
+            self.ends.push((self.corners.len(), place));
+        }
     }
 
     /// The triangles. `place` names what `end` was given.
     pub fn mesh(self, place: impl Fn(u64) -> String) -> Result<Mesh, MeshError> {
+        if let Some((corners, at)) = self.short {
+            let message = format!("a face of {corners} corners; at least 3 are needed");
+            return Err(MeshError::bad(place(at), message));
+        }
         let count = self.vertices.len();
         if count as u64 > crate::check::MAX_VERTICES {
             let message = format!("{count} given, at most {} are allowed", crate::check::MAX_VERTICES);
@@ -39,10 +57,6 @@ impl Polygons {
         for &(end, at) in &self.ends {
             let polygon = &self.corners[start..end];
             start = end;
-            if polygon.len() < 3 {
-                let message = format!("a face of {} corners; at least 3 are needed", polygon.len());
-                return Err(MeshError::bad(place(at), message));
-            }
             if let Some(&v) = polygon.iter().find(|&&v| v as usize >= count) {
                 let message = format!("a face has vertex {v} (from 0), but there are only {count}");
                 return Err(MeshError::bad(place(at), message));
@@ -73,23 +87,26 @@ fn cut(vertices: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]>) -> Res
         return Err(format!("a face of {n} corners that isn't convex; at most {MAX_CORNERS} are allowed"));
     }
     let mut left: Vec<usize> = (0..n).collect();
-    let mut at = 0;
-    let mut tried = 0;
+    let (mut at, mut tried, mut patience) = (0, 0, 2);
     while left.len() > 3 {
         let m = left.len();
         let (a, b, c) = (left[(at + m - 1) % m], left[at % m], left[(at + 1) % m]);
-        // After a round without an ear, any corner that doesn't turn the wrong way, and then any at all.
-        let ear = match tried / m {
-            0 => area(a, b, c) > 0.0 && !holds_another(&flat, &left, [a, b, c]),
-            1 => area(a, b, c) >= 0.0 && !holds_another(&flat, &left, [a, b, c]),
+        let turn = area(a, b, c);
+        // A round without an ear: the polygon meets itself. From then on a straight corner will do, and then any.
+        let ear = match patience {
+            2 => turn > 0.0 && !holds_another(&flat, &left, [a, b, c]),
+            1 => turn >= 0.0 && !holds_another(&flat, &left, [a, b, c]),
             _ => true,
         };
         if ear {
             faces.push([polygon[a], polygon[b], polygon[c]]);
             left.remove(at % m);
             (at, tried) = (at % m, 0);
-        } else {
-            (at, tried) = ((at + 1) % m, tried + 1);
+            continue;
+        }
+        (at, tried) = ((at + 1) % m, tried + 1);
+        if tried == m {
+            (tried, patience) = (0, patience - 1);
         }
     }
     faces.push([polygon[left[0]], polygon[left[1]], polygon[left[2]]]);

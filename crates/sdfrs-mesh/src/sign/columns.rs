@@ -5,7 +5,9 @@
 
 use super::cross::{Face, above, facing, meets};
 use crate::check::Checked;
+use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Where each column of a grid's nodes is inside.
@@ -145,6 +147,7 @@ impl Lists {
 /// All crossings as (column, crossing), if there are at most `limit`.
 fn gather(mesh: &Checked, axes: [&[f64]; 3], limit: u64) -> Option<Vec<Vec<(u32, u32)>>> {
     let count = AtomicU64::new(0);
+    let axes = [Nodes::new(axes[0]), Nodes::new(axes[1]), Nodes::new(axes[2])];
     let chunks = (0..mesh.faces.len()).into_par_iter().step_by(CHUNK);
     chunks
         .map(|first| {
@@ -162,21 +165,67 @@ fn gather(mesh: &Checked, axes: [&[f64]; 3], limit: u64) -> Option<Vec<Vec<(u32,
         .collect()
 }
 
+/// The nodes along an axis, rising; found by a guess that is right where they are even.
+#[derive(Clone, Copy)]
+struct Nodes<'a> {
+    at: &'a [f64],
+    per_unit: f64,
+}
+
+impl<'a> Nodes<'a> {
+    fn new(at: &'a [f64]) -> Self {
+        let length = at.last().zip(at.first()).map_or(0.0, |(last, first)| last - first);
+        let per_unit = if length > 0.0 { (at.len() - 1) as f64 / length } else { 0.0 };
+        Self { at, per_unit }
+    }
+
+    /// The first node that isn't below `x`.
+    fn from(&self, x: f64) -> usize {
+        let n = self.at.len();
+        let Some(first) = self.at.first() else { return 0 };
+        // Casting clamps what is below 0.
+        let guess = (((x - first) * self.per_unit) as usize).min(n - 1);
+        for i in guess.saturating_sub(1)..(guess + 3).min(n + 1) {
+            if (i == 0 || self.at[i - 1] < x) && (i == n || self.at[i] >= x) {
+                return i;
+            }
+        }
+        self.at.partition_point(|&node| node < x)
+    }
+
+    /// The nodes within a face's extent.
+    fn within(&self, face: &Face, axis: usize) -> Range<usize> {
+        let lo = face[0][axis].min(face[1][axis]).min(face[2][axis]);
+        let hi = face[0][axis].max(face[1][axis]).max(face[2][axis]);
+        let start = self.from(lo);
+        let end = start + self.at[start..].iter().take(4).take_while(|&&x| x <= hi).count();
+        if end < start + 4 {
+            return start..end;
+        }
+        start..self.from(hi.next_up())
+    }
+}
+
 /// Adds each column that a face meets, with the first node above it and whether it is entered there.
-fn cross(face: &Face, [xs, ys, zs]: [&[f64]; 3], out: &mut Vec<(u32, u32)>, limit: u64) {
+fn cross(face: &Face, [xs, ys, zs]: [Nodes; 3], out: &mut Vec<(u32, u32)>, limit: u64) {
+    // Most faces are smaller than the space between two columns.
+    let (is, js) = (xs.within(face, 0), ys.within(face, 1));
+    if is.is_empty() || js.is_empty() {
+        return;
+    }
     let facing = facing(face);
     if facing == 0 {
         return;
     }
-    let (js, levels) = (within(ys, face, 1), within(zs, face, 2));
+    let levels = zs.within(face, 2);
     for j in js {
-        for i in row(face, ys[j], xs) {
-            if !meets(face, facing, [xs[i], ys[j]]) {
-                continue;
+        let y = ys.at[j];
+        for i in row(face, y, xs, is.clone()) {
+            let x = xs.at[i];
+            if meets(face, facing, [x, y]) {
+                let first = first_above(face, facing, [x, y], zs, levels.clone());
+                out.push(((i + xs.at.len() * j) as u32, (first as u32) << 1 | u32::from(facing < 0)));
             }
-            let between = &zs[levels.clone()];
-            let first = levels.start + between.partition_point(|&z| !above(face, facing, [xs[i], ys[j], z]));
-            out.push(((i + xs.len() * j) as u32, (first as u32) << 1 | u32::from(facing < 0)));
         }
         if out.len() as u64 > limit {
             return;
@@ -184,17 +233,27 @@ fn cross(face: &Face, [xs, ys, zs]: [&[f64]; 3], out: &mut Vec<(u32, u32)>, limi
     }
 }
 
-/// The nodes along an axis that lie within a face's extent.
-fn within(nodes: &[f64], face: &Face, axis: usize) -> std::ops::Range<usize> {
-    let lo = face[0][axis].min(face[1][axis]).min(face[2][axis]);
-    let hi = face[0][axis].max(face[1][axis]).max(face[2][axis]);
-    let start = nodes.partition_point(|&x| x < lo);
-    start..start + nodes[start..].partition_point(|&x| x <= hi)
+/// The first of the nodes at `levels`, which are those within the face's extent, that is above it; or the end.
+fn first_above(face: &Face, facing: i32, [x, y]: [f64; 2], zs: Nodes, levels: Range<usize>) -> usize {
+    if levels.is_empty() {
+        return levels.start;
+    }
+    let is_above = |k: usize| above(face, facing, [x, y, zs.at[k]]);
+    // By the plane, which rounding may miss by a node.
+    let [a, b, c] = [DVec3::from(face[0]), DVec3::from(face[1]), DVec3::from(face[2])];
+    let normal = (b - a).cross(c - a);
+    let z = a.z - ((x - a.x) * normal.x + (y - a.y) * normal.y) / normal.z;
+    let guess = zs.from(z).clamp(levels.start, levels.end);
+    if (guess == levels.end || is_above(guess)) && (guess == levels.start || !is_above(guess - 1)) {
+        return guess;
+    }
+    let (start, end) = (levels.start, levels.end);
+    start + zs.at[start..end].partition_point(|&z| !above(face, facing, [x, y, z]))
 }
 
-/// The nodes of a row that may lie within a face: of a long one, only those between its edges there, rounding included.
-fn row(face: &Face, y: f64, xs: &[f64]) -> std::ops::Range<usize> {
-    let all = within(xs, face, 0);
+/// Those of a row's nodes that may lie within a face: of a long one, only those between its edges there, rounding
+/// included.
+fn row(face: &Face, y: f64, xs: Nodes, all: Range<usize>) -> Range<usize> {
     if all.len() < 8 {
         return all;
     }
@@ -205,16 +264,14 @@ fn row(face: &Face, y: f64, xs: &[f64]) -> std::ops::Range<usize> {
             continue;
         }
         let rise = b[1] - a[1];
-        let t = if rise.abs() > 1e-6 { (y - a[1]) / rise } else { f64::NAN };
         // Nearly level edges count whole.
-        let (from, to) = if t.is_nan() {
-            (a[0].min(b[0]), a[0].max(b[0]))
-        } else {
-            let x = a[0] + t * (b[0] - a[0]);
+        let (from, to) = if rise.abs() > 1e-6 {
+            let x = a[0] + (y - a[1]) / rise * (b[0] - a[0]);
             (x, x)
+        } else {
+            (a[0].min(b[0]), a[0].max(b[0]))
         };
         (lo, hi) = (lo.min(from - 1e-8), hi.max(to + 1e-8));
     }
-    let start = all.start + xs[all.clone()].partition_point(|&x| x < lo);
-    start..start + xs[start..all.end].partition_point(|&x| x <= hi)
+    xs.from(lo).max(all.start)..xs.from(hi).min(all.end)
 }
