@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-CRATES = ["sdfrs-core", "sdfrs-trace", "sdfrs", "sdfrs-py"]
+CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs", "sdfrs-py"]
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
@@ -21,6 +21,20 @@ ROOMS = {
         ["file", "graph"],
         ["tape"],
         ["eval", "field"],
+    ],
+    "sdfrs-mesh": [
+        ["error"],
+        ["mesh"],
+        ["read", "check"],
+        ["sign"],
+        ["isa", "lanes", "budget", "exact", "error_bound", "shared"],
+        ["frames", "clusters", "pick"],
+        ["kernels"],
+        ["grid"],
+        ["descent", "examine", "sides", "leaves"],
+        ["bricks", "dense"],
+        ["afterwards"],
+        ["assembly", "bake", "layout"],
     ],
     "sdfrs-trace": [
         ["error", "budget"],
