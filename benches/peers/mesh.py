@@ -30,10 +30,10 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "
 if hasattr(os, "sched_setaffinity"):
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
-import numpy as np
-import open3d as o3d
-import pysdf
-import trimesh
+import numpy as np  # noqa: E402
+import open3d as o3d  # noqa: E402
+import pysdf  # noqa: E402
+import trimesh  # noqa: E402
 
 MESHES = ("bunny00", "armadillo", "refined_elephant")
 Query = Callable[[Any], Any]
@@ -107,8 +107,10 @@ def main() -> int:
     args = parser.parse_args()
     sources = {name: str(args.folder / f"{name}.off") for name in MESHES if (args.folder / f"{name}.off").exists()}
     sources["icosphere"] = "icosphere:7"
-    print("| mesh | faces | grid | ours, s | M nodes/s | Open3D, s | ratio | pysdf, s | ratio | AVX2 / AVX-512 "
-          "| largest difference from Open3D, of the box | signs that differ |")
+    print(
+        "| mesh | faces | grid | ours, s | M nodes/s | Open3D, s | ratio | pysdf, s | ratio | AVX2 / AVX-512 "
+        "| largest difference from Open3D, of the box | signs that differ |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|---|---|")
     for name, source in sources.items():
         if name == "icosphere":
@@ -118,15 +120,21 @@ def main() -> int:
         mesh = (np.asarray(tri.vertices), np.asarray(tri.faces))
         for n in args.resolutions:
             r = compare(args.bench, source, mesh, n, args.repeats)
-            print(f"| {name} | {r['faces']} | {n}^3 | {r['ours']:.3f} | {n**3 / r['ours'] / 1e6:.1f} | "
-                  f"{r['open3d']:.1f} | {r['open3d'] / r['ours']:.0f} | {r['pysdf']:.1f} | {r['pysdf'] / r['ours']:.1f} | "
-                  f"{r['avx2'] / r['ours']:.2f} | {r['off']:.1e} | {r['signs']} of {r['nodes']} |", flush=True)
+            print(
+                f"| {name} | {r['faces']} | {n}^3 | {r['ours']:.3f} | {n**3 / r['ours'] / 1e6:.1f} | "
+                f"{r['open3d']:.1f} | {r['open3d'] / r['ours']:.0f} | {r['pysdf']:.1f} | {r['pysdf'] / r['ours']:.1f} | "
+                f"{r['avx2'] / r['ours']:.2f} | {r['off']:.1e} | {r['signs']} of {r['nodes']} |",
+                flush=True,
+            )
     print("\n| sparse, 4 voxels | bricks and tables, MB | most memory of the process, MB | s |\n|---|---|---|---|")
     for name in ("armadillo", "bunny00"):
         for n in (512, 1024):
             if name in sources:
                 r = ours(args.bench, sources[name], n, "sparse", f"repeats={args.repeats}")
-                print(f"| {name} {n}^3 | {r['bytes'] / 1e6:.0f} | {r['peak_rss'] / 1e6:.0f} | {r['cpu']:.2f} |", flush=True)
+                print(
+                    f"| {name} {n}^3 | {r['bytes'] / 1e6:.0f} | {r['peak_rss'] / 1e6:.0f} | {r['cpu']:.2f} |",
+                    flush=True,
+                )
     return 0
 
 

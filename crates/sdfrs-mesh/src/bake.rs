@@ -23,6 +23,7 @@ use crate::{
     grid::Grid,
     isa::{Isa, isa},
     kernels::Kernels,
+    layout::{self, Layout},
     sign::{Method, SignRule, Signs},
 };
 
@@ -110,24 +111,18 @@ pub struct Baked {
     pub max_error: f64,
 }
 
-/// The grid that settings and mesh amount to.
-struct Layout {
-    dims: [u32; 3],
-    lo: [f64; 3],
-    hi: [f64; 3],
-}
-
-/// Signed distances of `mesh` at the nodes of a grid. `watch` hears of nodes, dims' product in all.
+/// Signed distances of `mesh` at the nodes of a grid. `watch` hears of nodes: dims' product in all, and for sparse grids
+/// those that the last bricks have beyond it.
 pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked, MeshError> {
     let budget = Budget::new(settings.budget_bytes);
-    let layout = layout_given(settings)?;
+    let layout = layout::given(settings)?;
     let (checked, findings) = check(mesh)?;
     if watch.cancelled() {
         return Err(MeshError::Cancelled);
     }
     let layout = match layout {
         Some(layout) => layout,
-        None => layout_around(settings, findings.bounds)?,
+        None => layout::around(settings, findings.bounds)?,
     };
     let signs = Signs::new(&checked, &findings, settings.sign)?;
     let mut job = Job::new(&checked, &layout, settings, &budget)?;
@@ -138,70 +133,6 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
     let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
     let Layout { dims, lo, hi } = layout;
     Ok(Baked { dims: dims.map(u64::from), lo, hi, values, confidence, findings, method, why, max_error })
-}
-
-/// What can be refused without a look at the mesh; the grid, where `bounds` give it.
-fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
-    let dims = match settings.resolution {
-        Resolution::Cube(n) => [n; 3],
-        Resolution::Each(n) => n,
-    };
-    if let Some(n) = dims.into_iter().find(|n| !(2..=MAX_RESOLUTION).contains(n)) {
-        return Err(MeshError::bad(
-            "resolution",
-            format!("{n} nodes given; at least 2 and at most {MAX_RESOLUTION} are allowed along an axis"),
-        ));
-    }
-    let bytes = dims.iter().map(|&n| u64::from(n)).product::<u64>().saturating_mul(4);
-    if !settings.sparse && bytes > settings.budget_bytes {
-        let message = format!(
-            "{} x {} x {} nodes take {bytes} bytes; {} are allowed",
-            dims[0], dims[1], dims[2], settings.budget_bytes
-        );
-        return Err(MeshError::bad("resolution", message));
-    }
-    if let Some(band) = settings.band.filter(|b| !(*b > 0.0 && b.is_finite())) {
-        return Err(MeshError::bad("band", format!("{band} given; it has to be positive and finite")));
-    }
-    if settings.sparse && settings.confidence {
-        return Err(MeshError::bad("confidence", "asked for with sparse; only a dense grid has it"));
-    }
-    if !(settings.padding >= 0.0 && settings.padding.is_finite()) {
-        return Err(MeshError::bad(
-            "padding",
-            format!("{} given; it has to be 0 or more and finite", settings.padding),
-        ));
-    }
-    let Some((lo, hi)) = settings.bounds else { return Ok(None) };
-    extents("bounds", lo, hi)?;
-    Ok(Some(Layout { dims, lo, hi }))
-}
-
-fn extents(what: &str, lo: [f64; 3], hi: [f64; 3]) -> Result<(), MeshError> {
-    for k in 0..3 {
-        if !(lo[k] < hi[k] && (hi[k] - lo[k]).is_finite()) {
-            let axis = ["x", "y", "z"][k];
-            let message =
-                format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
-            return Err(MeshError::bad(what, message));
-        }
-    }
-    Ok(())
-}
-
-fn layout_around(settings: &Settings, (lo, hi): ([f64; 3], [f64; 3])) -> Result<Layout, MeshError> {
-    let side = (0..3).map(|k| hi[k] - lo[k]).fold(0.0, f64::max);
-    let pad = settings.padding * side;
-    let (dims, lo, hi) = match settings.resolution {
-        Resolution::Each(dims) => (dims, lo.map(|x| x - pad), hi.map(|x| x + pad)),
-        Resolution::Cube(n) => {
-            let half = 0.5 * side + pad;
-            let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * lo[k] + 0.5 * hi[k]);
-            ([n; 3], middle.map(|m| m - half), middle.map(|m| m + half))
-        }
-    };
-    extents("box of the mesh and its padding", lo, hi)?;
-    Ok(Layout { dims, lo, hi })
 }
 
 /// How large things are in the descent's frame.
@@ -216,18 +147,17 @@ struct Sizes {
 
 impl Sizes {
     fn of(mesh: &Checked, grid: &Grid) -> Self {
-        let (mut size, mut nearest, mut longest) = (1.0f64, f64::INFINITY, 0.0f64);
-        for v in &mesh.vertices {
+        let vertex = |v: &[f64; 3]| {
             let f = grid.frame(*v);
-            (size, nearest) = (size.max(f.abs().max_element()), nearest.min(f.length_squared()));
-        }
-        for face in 0..mesh.faces.len() {
+            (f.abs().max_element(), f.length_squared())
+        };
+        let both = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.min(b.1));
+        let (size, nearest) = mesh.vertices.par_iter().map(vertex).reduce(|| (1.0, f64::INFINITY), both);
+        let edge = |face: usize| {
             let [a, b, c] = mesh.corners(face).map(DVec3::from_array);
-            longest = longest
-                .max((b - a).length_squared())
-                .max((c - b).length_squared())
-                .max((a - c).length_squared());
-        }
+            (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared())
+        };
+        let longest = (0..mesh.faces.len()).into_par_iter().map(edge).reduce(|| 0.0, f64::max);
         Self { size, longest: longest.sqrt() / grid.scale, nearest: nearest.sqrt() }
     }
 }

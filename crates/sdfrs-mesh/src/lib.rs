@@ -24,6 +24,7 @@ mod grid;
 pub mod isa;
 mod kernels;
 mod lanes;
+mod layout;
 mod leaves;
 pub mod mesh;
 mod pick;

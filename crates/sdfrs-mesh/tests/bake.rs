@@ -51,9 +51,9 @@ fn the_grid_is_what_was_asked_for() {
     assert!((baked.hi[0] - 3.6).abs() < 1e-12 && (baked.lo[2] + 3.6).abs() < 1e-12);
     let (baked, _) = dense(&mesh, &Settings { padding: 0.5, ..settings([3, 4, 5]) });
     assert!((baked.hi[0] - 4.0).abs() < 1e-12 && (baked.hi[2] - 6.0).abs() < 1e-12);
-    let bounds = Some(([0.0, 0.5, -1.0], [0.25, 8.0, 7.0]));
-    let (baked, values) = dense(&mesh, &Settings { bounds, ..settings([3, 4, 5]) });
-    assert_eq!((baked.lo, baked.hi), bounds.unwrap());
+    let bounds = ([0.0, 0.5, -1.0], [0.25, 8.0, 7.0]);
+    let (baked, values) = dense(&mesh, &Settings { bounds: Some(bounds), ..settings([3, 4, 5]) });
+    assert_eq!((baked.lo, baked.hi), bounds);
     assert_eq!(values.len(), 60);
     // Node (0, 0, 0) is (0, 0.5, -1), one away from the wall.
     assert_eq!(values[0], -1.0);

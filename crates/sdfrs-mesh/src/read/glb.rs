@@ -93,8 +93,15 @@ struct Buffer {
     uri: Option<serde::de::IgnoredAny>,
 }
 
+/// A node of three bytes becomes one of a hundred.
+const MAX_DOCUMENT: usize = 1 << 26;
+
 pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let (json, blob) = chunks(bytes)?;
+    if json.len() > MAX_DOCUMENT {
+        let message = format!("its document has {} bytes; at most {MAX_DOCUMENT} are read", json.len());
+        return Err(MeshError::bad("glb file", message));
+    }
     let document: Document =
         serde_json::from_slice(json).map_err(|e| MeshError::bad("the glb file's document", e.to_string()))?;
     if let Some(name) = document.extensions_required.first() {

@@ -29,32 +29,22 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = parser.read_header(&mut reader).map_err(|e| failed("header", &e))?;
     check_claims(&header, bytes.len() as u64 - reader.get_ref().position().min(bytes.len() as u64))?;
-    let mut found = Polygons::default();
+    let mut found = Found(Polygons::default());
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => {
                 check_vertex(element)?;
-                let list: Vec<Vertex> = Parser::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(|e| failed("vertex", &e))?;
-                vertices(&list, &mut found)?;
+                each(&mut reader, &header, element, |i, vertex: &Vertex| found.vertex(i, vertex))?;
             }
             "face" => {
                 check_face(element)?;
-                let list: Vec<Face> = Parser::new()
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(|e| failed("face", &e))?;
-                faces(&list, &mut found)?;
+                each(&mut reader, &header, element, |i, face: &Face| found.face(i, face))?;
             }
             _ if element.properties.is_empty() && header.encoding != Encoding::Ascii => {}
-            _ => {
-                parser
-                    .read_payload_for_element(&mut reader, element, &header)
-                    .map_err(|e| failed(name, &e))?;
-            }
+            _ => each(&mut reader, &header, element, |_, _: &Ignored| Ok(()))?,
         }
     }
-    found.mesh(|i| format!("face {i}"))
+    found.0.mesh(|i| format!("face {i}"))
 }
 
 fn failed(element: &str, error: &ply_rs_bw::parser::ParseError) -> MeshError {
@@ -127,28 +117,47 @@ fn check_face(element: &ElementDef) -> Result<(), MeshError> {
     }
 }
 
-fn vertices(list: &[Vertex], found: &mut Polygons) -> Result<(), MeshError> {
-    for (i, vertex) in list.iter().enumerate() {
-        if let Some(axis) = (0..3).find(|&axis| !vertex.0[axis].is_finite()) {
-            let message = format!("{} is {}, but has to be finite", ["x", "y", "z"][axis], vertex.0[axis]);
-            return Err(MeshError::bad(format!("vertex {i}"), message));
+/// Gives each of an element's items to `take`. A part of them at a time: an item takes more memory than its bytes.
+fn each<E: PropertyAccess>(
+    reader: &mut Reader<Cursor<&[u8]>>,
+    header: &Header,
+    element: &ElementDef,
+    mut take: impl FnMut(usize, &E) -> Result<(), MeshError>,
+) -> Result<(), MeshError> {
+    const PART: usize = 1 << 14;
+    let mut part = element.clone();
+    for first in (0..element.count).step_by(PART) {
+        part.count = PART.min(element.count - first);
+        let items = Parser::<E>::new().read_payload_for_element(reader, &part, header);
+        let items = items.map_err(|e| failed(&format!("{} {first} or later", element.name), &e))?;
+        for (i, item) in items.iter().enumerate() {
+            take(first + i, item)?;
         }
-        found.vertices.push(vertex.0);
     }
     Ok(())
 }
 
-fn faces(list: &[Face], found: &mut Polygons) -> Result<(), MeshError> {
-    for (i, face) in list.iter().enumerate() {
-        for &vertex in &face.0 {
-            let index = u32::try_from(vertex).map_err(|_| {
-                MeshError::bad(format!("face {i}"), format!("has vertex {vertex}; indices count from 0"))
-            })?;
-            found.corner(index);
+struct Found(Polygons);
+
+impl Found {
+    fn vertex(&mut self, i: usize, vertex: &Vertex) -> Result<(), MeshError> {
+        if let Some(axis) = (0..3).find(|&axis| !vertex.0[axis].is_finite()) {
+            let message = format!("{} is {}, but has to be finite", ["x", "y", "z"][axis], vertex.0[axis]);
+            return Err(MeshError::bad(format!("vertex {i}"), message));
         }
-        found.end(i as u64);
+        self.0.vertices.push(vertex.0);
+        Ok(())
     }
-    Ok(())
+
+    fn face(&mut self, i: usize, face: &Face) -> Result<(), MeshError> {
+        let bad = |message: String| MeshError::bad(format!("face {i}"), message);
+        for &vertex in &face.0 {
+            let index = u32::try_from(vertex);
+            self.0.corner(index.map_err(|_| bad(format!("has vertex {vertex}; indices count from 0")))?);
+        }
+        self.0.end(i as u64);
+        Ok(())
+    }
 }
 
 /// An element that is passed over.

@@ -15,6 +15,8 @@ pub struct Polygons {
     corners: Vec<u32>,
     /// Where each polygon ends among the corners, and its place in the file: a line or a number.
     ends: Vec<(usize, u64)>,
+    /// The first polygon that is none: its number of corners, and its place.
+    short: Option<(usize, u64)>,
 }
 
 impl Polygons {
@@ -28,11 +30,23 @@ impl Polygons {
 
     /// Ends the polygon begun by `corner`; `place` is where it stands.
     pub fn end(&mut self, place: u64) {
-        self.ends.push((self.corners.len(), place));
+        let start = self.ends.last().map_or(0, |last| last.0);
+        let corners = self.corners.len() - start;
+        if corners < 3 {
+            // Kept for `mesh` to refuse; no list grows by such polygons.
+            self.short = self.short.or(Some((corners, place)));
+            self.corners.truncate(start);
+        } else {
+            self.ends.push((self.corners.len(), place));
+        }
     }
 
     /// The triangles. `place` names what `end` was given.
     pub fn mesh(self, place: impl Fn(u64) -> String) -> Result<Mesh, MeshError> {
+        if let Some((corners, at)) = self.short {
+            let message = format!("a face of {corners} corners; at least 3 are needed");
+            return Err(MeshError::bad(place(at), message));
+        }
         let count = self.vertices.len();
         if count as u64 > crate::check::MAX_VERTICES {
             let message = format!("{count} given, at most {} are allowed", crate::check::MAX_VERTICES);
@@ -43,10 +57,6 @@ impl Polygons {
         for &(end, at) in &self.ends {
             let polygon = &self.corners[start..end];
             start = end;
-            if polygon.len() < 3 {
-                let message = format!("a face of {} corners; at least 3 are needed", polygon.len());
-                return Err(MeshError::bad(place(at), message));
-            }
             if let Some(&v) = polygon.iter().find(|&&v| v as usize >= count) {
                 let message = format!("a face has vertex {v} (from 0), but there are only {count}");
                 return Err(MeshError::bad(place(at), message));
