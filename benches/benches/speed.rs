@@ -7,8 +7,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sdfrs_benches::{points, pruned_peer::TILES, scenes, tables, trace};
-use sdfrs_core::{Program, Scratch};
-use sdfrs_trace::Tracer;
+use sdfrs_core::{Program, Prune, Scratch};
 
 fn eval(c: &mut Criterion) {
     for scene in scenes::all() {
@@ -40,7 +39,7 @@ fn eval(c: &mut Criterion) {
 fn pictures(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
     let lines = trace::picture(512);
-    let batch = trace::Batch::new(&lines, 512);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
@@ -109,18 +108,18 @@ fn packets(_: &mut Criterion) {}
 
 fn growth(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
-    let batch = trace::Batch::new(&trace::picture(64), 64);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     let mut group = c.benchmark_group("growth");
     group.sample_size(10);
-    for n in [100, 1_000, 10_000] {
+    for n in [100, 1_000, 10_000, 100_000] {
         let program = Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap();
-        group.bench_function(format!("{n} spheres"), |b| b.iter(|| batch.trace(&program)));
+        group.bench_function(format!("{n} spheres"), |b| b.iter(|| batch.pruned(&program, Prune::Skip)));
     }
     group.finish();
 }
 
 fn threads(c: &mut Criterion) {
-    let batch = trace::Batch::new(&trace::picture(512), 512);
+    let batch = trace::Batch::new(&trace::rows(512), 512);
     let program = Program::<f32>::for_tracing(&scenes::csg().shape).unwrap();
     let mut group = c.benchmark_group("threads");
     group.sample_size(10);
@@ -140,7 +139,7 @@ fn parts(c: &mut Criterion) {
     let mut group = c.benchmark_group("parts");
     group.sample_size(10);
     group.bench_function("picture", |b| b.iter(|| tables::trace::picture(&scene.shape, &camera)));
-    group.bench_function("rays", |b| b.iter(|| batch.walk(&program, &Tracer::Basic { guards: true })));
+    group.bench_function("rays", |b| b.iter(|| batch.pruned(&program, Prune::Auto { skip: true })));
     group.finish();
 }
 

@@ -61,6 +61,11 @@ pub fn picture(side: usize) -> Vec<Line> {
     nested(side, [TILE, TILE])
 }
 
+/// The same row by row, as the product takes pictures: it makes tiles of its own.
+pub fn rows(side: usize) -> Vec<Line> {
+    nested(side, [side, 1])
+}
+
 /// The same in tiles of tiles.
 pub fn nested(side: usize, tiles: [usize; 2]) -> Vec<Line> {
     let [outer, inner] = tiles;

@@ -1,5 +1,5 @@
 //! Tracers on the GPU, relative to enhanced sphere tracing: the table of Ban & Valasek 2023 on whatever adapter
-//! there is. `cargo run --manifest-path benches/Cargo.toml --bin gpu -- [adapter number]` prints docs/gpu.md's.
+//! there is. `cargo run --manifest-path benches/Cargo.toml --features gpu --bin gpu -- [adapter number]` prints docs/gpu.md's.
 //!
 //! A frame's time is what the GPU was busy with its rays, by its own timestamps where it has them, without
 //! shading, pipelines and the way of the results to the host. Minima of alternating runs in one process. Before
@@ -64,7 +64,8 @@ fn discrete(shape: &Shape) -> Shape {
     let mut values = vec![0f32; p[0].len()];
     let program = Program::<f32>::values(shape).unwrap();
     program.evaluate(&mut Scratch::new(), [&p[0], &p[1], &p[2]], &mut values);
-    Shape::texture(Grid::new(GridValues::F32(values.into()), [NODES; 3], [-1.6; 3], [1.6; 3]).unwrap()).unwrap()
+    Shape::texture(Grid::new(GridValues::F32(values.into()), [NODES; 3], [-1.6; 3], [1.6; 3]).unwrap())
+        .unwrap()
 }
 
 fn limits(max_steps: u32) -> Limits {

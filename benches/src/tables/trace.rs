@@ -30,7 +30,7 @@ pub fn peers() {
     println!("|---|---|---|---|---|---|---|---|---|");
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
-    let batch = trace::Batch::new(&lines, SIDE);
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
     for (scene, least) in [(scenes::csg(), 10.0), (scenes::spheres(1000), 100.0)] {
         let skips = least > 10.0;
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
@@ -75,8 +75,11 @@ pub fn pruned() {
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
     let nested = trace::nested(SIDE, TILES);
-    let batch = trace::Batch::new(&lines, SIDE);
-    for (scene, bars) in [(scenes::csg(), [None, Some(2.0), None]), (scenes::spheres(1000), [Some(8.0), Some(12.0), Some(12.0)])] {
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    for (scene, bars) in [
+        (scenes::csg(), [None, Some(2.0), None]),
+        (scenes::spheres(1000), [Some(8.0), Some(12.0), Some(12.0)]),
+    ] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let (whole, exact) = (batch.trace(&program), batch.pruned(&program, Prune::Exact));
         assert_eq!(whole, exact, "{}", scene.name);
@@ -107,7 +110,9 @@ pub fn pruned() {
             .iter()
             .zip(bars)
             .map(|(gain, bar)| {
-                bar.map_or(String::new(), |bar| format!("{bar}{}", if *gain >= bar { "" } else { " (missed)" }))
+                bar.map_or(String::new(), |bar| {
+                    format!("{bar}{}", if *gain >= bar { "" } else { " (missed)" })
+                })
             })
             .collect();
         println!(
@@ -128,7 +133,7 @@ pub fn packets() {
     }
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
-    let (batch, rays) = (trace::Batch::new(&lines, SIDE), packet::Rays::new(&lines));
+    let (batch, rays) = (trace::Batch::new(&trace::rows(SIDE), SIDE), packet::Rays::new(&lines));
     let scene = scenes::csg();
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let (a, b) = (trace::scalar(&scene, &lines), packet::trace(&rays));
@@ -155,8 +160,7 @@ pub fn packets() {
 pub fn growth() {
     const SIDE: usize = 512;
     println!("| spheres, {SIDE}x{SIDE} | skip, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
-    let lines = trace::picture(SIDE);
-    let batch = trace::Batch::new(&lines, SIDE);
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
     let mut thousand = f64::NAN;
     let mut rows = Vec::new();
     for n in [100, 1_000, 10_000, 100_000] {
@@ -178,8 +182,7 @@ pub fn growth() {
 pub fn threads() {
     println!("| scene, 512x512 | one thread, ms | two | one / two | bar |\n|---|---|---|---|---|");
     const SIDE: usize = 512;
-    let lines = trace::picture(SIDE);
-    let batch = trace::Batch::new(&lines, SIDE);
+    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut best = [f64::INFINITY; 2];
