@@ -246,7 +246,9 @@ def test_what_cannot_be_had_is_a_device_error():
 
 
 def test_scenes_too_long_to_compile_are_interpreted():
-    parts = [sdfrs.box(0.1 + 0.0001 * i).rotate(0.001 * i).translate((i % 30 * 0.2, i // 30 * 0.2, 0)) for i in range(900)]
+    parts = [
+        sdfrs.box(0.1 + 0.0001 * i).rotate(0.001 * i).translate((i % 30 * 0.2, i // 30 * 0.2, 0)) for i in range(900)
+    ]
     many, cam = sdfrs.union(*parts), sdfrs.Camera.look_at((3, 3, 9), (3, 3, 0), width=32, height=24)
     cpu, gpu = (sdfrs.trace_stats(many, cam, device=d, tracer="basic", max_steps=60) for d in ("cpu", "gpu"))
     assert close(cpu, gpu, "basic") and {0, 1} <= set(cpu.status.flat)
