@@ -106,7 +106,9 @@ def test_strict_mode_has_the_bits_of_the_cpu(tracer):
     gpu = sdfrs.trace_stats(what, cam, device="gpu", tracer=tracer, strict=True)
     for name in ("status", "steps", "fallbacks", "depth", "multiplier", "flags"):
         assert np.array_equal(getattr(cpu, name), getattr(gpu, name), equal_nan=name == "multiplier"), name
-    assert {**vars(cpu.summary), "seconds": 0} == {**vars(gpu.summary), "seconds": 0}
+    # The CPU also runs the ends of its packs.
+    apart = {"seconds": 0, "node_evaluations": 0, "mean_ops": 0, "p50_ops": 0, "p99_ops": 0}
+    assert {**vars(cpu.summary), **apart} == {**vars(gpu.summary), **apart}
 
 
 @pytest.mark.parametrize("scene", ["csg", "village", "gyroid"])
@@ -243,13 +245,13 @@ def test_what_cannot_be_had_is_a_device_error():
         sdfrs.render(sdfrs.sphere(), camera, strict=1)
 
 
-def test_scenes_too_large_to_compile_say_so_and_auto_goes_on():
-    parts = [sdfrs.box(0.1 + 0.0001 * i).translate((i % 80, i // 80, 0)).rotate(0.001 * i) for i in range(1700)]
-    many = sdfrs.union(*parts)
-    o, d = [[0.0, 0, 3]], [[0, 0, -1.0]]
-    with pytest.raises(sdfrs.DeviceError, match="allowed"):
-        sdfrs.trace(many, o, d, device="gpu")
-    assert sdfrs.trace(many, o, d).status.tolist() == [1]
+def test_scenes_too_long_to_compile_are_interpreted():
+    parts = [
+        sdfrs.box(0.1 + 0.0001 * i).rotate(0.001 * i).translate((i % 30 * 0.2, i // 30 * 0.2, 0)) for i in range(900)
+    ]
+    many, cam = sdfrs.union(*parts), sdfrs.Camera.look_at((3, 3, 9), (3, 3, 0), width=32, height=24)
+    cpu, gpu = (sdfrs.trace_stats(many, cam, device=d, tracer="basic", max_steps=60) for d in ("cpu", "gpu"))
+    assert close(cpu, gpu, "basic") and {0, 1} <= set(cpu.status.flat)
 
 
 def test_no_driver_is_a_clean_error():
