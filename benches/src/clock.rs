@@ -1,6 +1,6 @@
 //! Least times of many runs, in CPU time: what other processes do lengthens the wall clock, not the least time.
 //!
-//! Of a hundred runs the five shortest are left out: a virtual machine takes away time that its host stole, at
+//! Of two hundred runs the shortest is left out: a virtual machine takes away time that its host stole, at
 //! moments of its own, so that some runs appear shorter than they can be.
 
 /// CPU seconds of this process.
@@ -19,7 +19,7 @@ pub fn cpu() -> f64 {
     }
 }
 
-/// Least seconds (but for the shortest twentieth) that a run of each job takes; the jobs alternate, so that all see the same machine.
+/// Least seconds (but for one of two hundred) that a run of each job takes; the jobs alternate, so that all see the same machine.
 pub fn minima<const N: usize>(seconds: f64, mut jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut times: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
     let mut repeats = [1usize; N];
@@ -46,6 +46,6 @@ pub fn minima<const N: usize>(seconds: f64, mut jobs: [&mut dyn FnMut(); N]) -> 
     }
     times.map(|mut t| {
         t.sort_by(f64::total_cmp);
-        t[t.len() / 20]
+        t[t.len() / 200]
     })
 }
