@@ -100,8 +100,9 @@ def mesh_to_sdf_texture(
     or vertices (N, 3) with `faces` (F, 3), (F, 4) or a list of polygons. `resolution` nodes along each axis of a
     cube about the mesh, or (nx, ny, nz) over its box; `bounds` (lo, hi) are the outermost nodes, taken exactly
     (None: the mesh's box, grown by `padding` times its longest edge on every side). `sign` "auto" (pseudonormals
-    for closed, oriented, manifold meshes, else winding numbers) or a method by name. `sparse` keeps bricks of
-    8^3 cells within `band` of the surface, world units (None: 4 cells). `dtype` "float32", "float16", or "uint8"
+    for closed, oriented, manifold meshes, else winding numbers) or a method by name. `sparse` keeps the
+    bricks of 8^3 cells near the surface; `band`, world units, is where distances are cut (None: 4 cells of a sparse
+    texture, a dense one is not cut). `dtype` "float32", "float16", or "uint8"
     for sparse textures. `confidence` adds how sure each sign is to the report. `stepping` as for `SdfTexture`.
     Returns: `SdfTexture`; `.report` says what was found, `.max_error` bounds the error of every sample.
     Raises: MeshError for what cannot be baked, with the file and the element; TypeError for other types.

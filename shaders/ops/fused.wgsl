@@ -7,8 +7,6 @@ fn op_mul_mul_add(a: f32, b: f32, c: f32, d: f32) -> f32 { return op_add(op_mul(
 fn op_mul_mul_sub(a: f32, b: f32, c: f32, d: f32) -> f32 { return op_sub(op_mul(a, b), op_mul(c, d)); }
 fn op_mul_add_const(a: f32, c: vec4<f32>) -> f32 { return op_add(op_mul(a, c.x), c.y); }
 fn op_mul3(a: f32, b: f32, c: f32) -> f32 { return op_mul(op_mul(a, b), c); }
-fn op_min3(a: f32, b: f32, c: f32) -> f32 { return op_min(op_min(a, b), c); }
-fn op_min4(a: f32, b: f32, c: f32, d: f32) -> f32 { return op_min(op_min(op_min(a, b), c), d); }
 fn op_cut(a: f32, b: f32) -> f32 { return op_max(a, -b); }
 
 fn d_mul_add(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<f32> { return d_add(d_mul(a, b), c); }
@@ -24,6 +22,4 @@ fn d_mul_add_const(a: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(a.xyz * c.x, op_mul_add_const(a.w, c));
 }
 fn d_mul3(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<f32> { return d_mul(d_mul(a, b), c); }
-fn d_min3(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<f32> { return d_min(d_min(a, b), c); }
-fn d_min4(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> vec4<f32> { return d_min(d_min3(a, b, c), d); }
 fn d_cut(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> { return d_max(a, -b); }

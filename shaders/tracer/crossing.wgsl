@@ -1,5 +1,5 @@
 // A safe step went through the surface: Illinois, regula falsi that halves the weight of an end kept
-// twice in a row. Twin: the second half of crates/sdfrs-trace/src/tracer/guarded.rs.
+// twice in a row. Twin: Bracket in crates/sdfrs-trace/src/tracer/guarded.rs, and march/refine.rs there.
 
 // Evaluations spent on a crossing at most.
 const REFINEMENTS: u32 = 5u;

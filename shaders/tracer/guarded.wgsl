@@ -1,6 +1,7 @@
 // The guarded sphere tracing loop that basic, relaxed, enhanced and auto-relaxed share.
 //
-// Twin: crates/sdfrs-trace/src/tracer/guarded.rs, which has the reasons. The rule of a stepper,
+// Twin: crates/sdfrs-trace/src/tracer/guarded.rs, which has the reasons and takes a pack of rays at once,
+// selecting where this branches. The rule of a stepper,
 // rule_first, rule_slope and rule_next, stands in the stepper's own file; crossing.wgsl refines.
 
 // Phases of a ray.

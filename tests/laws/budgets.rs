@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::{Prune, Hits, Limits, Status};
+use sdfrs_core::contract::{Hits, Limits, Prune, Status};
 use sdfrs_core::eval::Native;
 use sdfrs_core::pool::set_threads;
 use sdfrs_laws::families::{EPS, FAMILIES};

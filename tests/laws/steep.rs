@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::{Prune, FLAG_CROSSING, Limits};
+use sdfrs_core::contract::{FLAG_CROSSING, Limits, Prune};
 use sdfrs_core::eval::Native;
 use sdfrs_laws::families::EPS;
 use sdfrs_laws::field::samples;

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use sdfrs_core::contract::{Prune, Control, FLAG_INSIDE, Hits, Limits, Rays, Span, Status};
+use sdfrs_core::contract::{Control, FLAG_INSIDE, Hits, Limits, Prune, Rays, Span, Status};
 use sdfrs_core::eval::Native;
 use sdfrs_core::{Field, Scratch};
 use sdfrs_laws::families::{EPS, FAMILIES, T_MAX};

@@ -19,8 +19,9 @@ ROOMS = {
         ["op"],
         ["shape"],
         ["file", "graph"],
+        ["fuse"],
         ["tape"],
-        ["eval", "field"],
+        ["eval", "field", "prune"],
         ["bake"],
     ],
     "sdfrs-trace": [
@@ -35,7 +36,7 @@ ROOMS = {
     "sdfrs-gpu": [
         ["contract", "error", "pace", "share"],
         ["adapters"],
-        ["buffers", "device", "emit", "pipelines", "scene"],
+        ["buffers", "device", "emit", "grids", "pipelines", "scene"],
         ["field"],
         ["camera", "dispatch", "tracer"],
         ["march"],

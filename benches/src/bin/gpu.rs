@@ -6,7 +6,7 @@
 //! the clock starts every tracer must find the hits of the CPU.
 #![allow(clippy::unwrap_used)]
 
-use sdfrs_core::{Control, Grid, GridValues, Hits, Limits, Program, Scratch, Shape, Status};
+use sdfrs_core::{Control, Grid, GridValues, Hits, Limits, Program, Prune, Scratch, Shape, Status};
 use sdfrs_gpu::{Choice, Device, dispatch::Course, march::Settings, render};
 use sdfrs_trace::{
     Form, Tracer,
@@ -69,7 +69,7 @@ fn discrete(shape: &Shape) -> Shape {
 }
 
 fn limits(max_steps: u32) -> Limits {
-    Limits { eps: 1e-4, cone: 0.0, max_steps }
+    Limits { eps: 1e-4, cone: 0.0, max_steps, prune: Prune::Off }
 }
 
 fn frame(device: &Device, shape: &Shape, tracer: &Tracer, cap: u32) -> (Hits<f32>, Course) {

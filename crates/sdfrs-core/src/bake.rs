@@ -74,7 +74,8 @@ pub fn bake(shape: &Shape, plan: &Plan, most_bytes: u64, control: &Control) -> R
     };
     // Rounding of the evaluation itself is far below that of the samples.
     let lipschitz = (lip.is_finite() && lip > 0.0).then(|| lip * (1.0 + 1e-9));
-    Grid::with_claim(store, plan.dims, plan.lo, plan.hi, Claim { lipschitz, max_error: error })
+    let claim = Claim { lipschitz, max_error: error };
+    Grid::until(store, plan.dims, plan.lo, plan.hi, claim, &|| control.is_cancelled())
 }
 
 fn check(plan: &Plan, most_bytes: u64) -> Result<(), SceneError> {

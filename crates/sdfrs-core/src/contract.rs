@@ -34,7 +34,9 @@ pub enum Prune {
     /// Cells proven empty are stepped over as well: the same status, fewer steps.
     Skip,
     /// One of these, where it pays: exact, or `skip`.
-    Auto { skip: bool },
+    Auto {
+        skip: bool,
+    },
 }
 
 impl Prune {

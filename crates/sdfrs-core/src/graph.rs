@@ -6,6 +6,7 @@
 
 mod frame;
 mod lower;
+mod rules;
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -110,7 +110,10 @@ impl Pruner {
     }
     /// Whether operands can be dropped at all; otherwise only empty cells are found.
     pub fn has_choices(&self) -> bool {
-        self.whole.ins.iter().any(|i| matches!(i.op, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::SphereUnion))
+        self.whole
+            .ins
+            .iter()
+            .any(|i| matches!(i.op, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::SphereUnion))
     }
 
     /// A part as a program for points inside its ball, written over an old one.
@@ -163,7 +166,12 @@ impl Part {
     }
 
     /// Slots given out anew, so that few are needed.
-    fn assemble<T: Native>(&self, memory: &mut Memory, ins: &mut Vec<Ins>, consts: &mut Vec<T>) -> (u32, u32) {
+    fn assemble<T: Native>(
+        &self,
+        memory: &mut Memory,
+        ins: &mut Vec<Ins>,
+        consts: &mut Vec<T>,
+    ) -> (u32, u32) {
         let Memory { last, slot_of, free, .. } = memory;
         last.clear();
         last.resize(self.ins.len() + INPUTS as usize, u32::MAX);
@@ -361,7 +369,8 @@ impl Probe {
         };
         let [a, b, ..] = one.a;
         let gap = self.slot(part, a, cell) - self.slot(part, b, cell);
-        let near = k + self.deviation(part, a, cell, broken[a as usize])
+        let near = k
+            + self.deviation(part, a, cell, broken[a as usize])
             + self.deviation(part, b, cell, broken[b as usize]);
         (gap.abs() > near).then_some(if (gap < 0.0) != larger { a } else { b })
     }

@@ -86,7 +86,8 @@ impl<T: Scalar> Tape<T> {
     /// Counts what goes together, and checks.
     fn finish(&mut self) {
         for i in (0..self.ins.len()).rev() {
-            let same = self.ins.get(i + 1).filter(|next| together(&self.ins[i], next)).map_or(0, |next| next.run);
+            let same =
+                self.ins.get(i + 1).filter(|next| together(&self.ins[i], next)).map_or(0, |next| next.run);
             self.ins[i].run = same.checked_add(1).unwrap_or(1);
         }
         self.check();
@@ -94,7 +95,11 @@ impl<T: Scalar> Tape<T> {
 
     /// Rewrites the program in place, so that no memory has to be asked for: `fill` gets the instructions
     /// and constants, both empty, and gives the number of slots and the root's.
-    pub fn rewrite(&mut self, grids: &Arc<[Arc<Grid>]>, fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32)) {
+    pub fn rewrite(
+        &mut self,
+        grids: &Arc<[Arc<Grid>]>,
+        fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32),
+    ) {
         self.ins.clear();
         self.consts.clear();
         if !Arc::ptr_eq(&self.grids, grids) {

@@ -47,6 +47,8 @@ const ADVICE: &str = "install or update the graphics driver of the machine's ven
 
 /// Longest silence of a driver before it is given up: every dispatch here is cut to a small part of it.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// The same of one in software, which compiles when it first runs a shader, on a machine that may be busy.
+const MORE_PATIENCE: Duration = Duration::from_secs(600);
 /// How often a wait looks whether it was cancelled.
 const GLANCE: Duration = Duration::from_millis(10);
 
@@ -207,6 +209,7 @@ impl Device {
     /// What was submitted runs on after a cancellation: the GPU cannot be called back, so submissions are small.
     pub fn wait(&self, submission: wgpu::SubmissionIndex, control: &Control) -> Result<(), GpuError> {
         let start = Instant::now();
+        let patience = if self.is_software() { MORE_PATIENCE } else { PATIENCE };
         loop {
             let poll =
                 wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(GLANCE) };
@@ -218,8 +221,8 @@ impl Device {
             match polled {
                 Ok(_) => return Ok(()),
                 Err(wgpu::PollError::Timeout) if control.is_cancelled() => return Err(GpuError::Cancelled),
-                Err(wgpu::PollError::Timeout) if start.elapsed() > PATIENCE => {
-                    let seconds = PATIENCE.as_secs();
+                Err(wgpu::PollError::Timeout) if start.elapsed() > patience => {
+                    let seconds = patience.as_secs();
                     return Err(GpuError::Timeout { what: self.info.name.clone(), seconds });
                 }
                 Err(wgpu::PollError::Timeout) => {}

@@ -115,22 +115,28 @@ pub fn rows(grid: &Grid, parts: &Parts) -> [[f32; 4]; ROWS] {
 /// Uploaded grids of a device.
 #[derive(Default)]
 pub(crate) struct Grids {
-    kept: Mutex<Vec<(Vec<Weak<Grid>>, Arc<wgpu::Buffer>)>>,
+    kept: Mutex<Vec<Kept>>,
+}
+
+/// A buffer and the grids in it.
+struct Kept {
+    owners: Vec<Weak<Grid>>,
+    buffer: Arc<wgpu::Buffer>,
 }
 
 impl Grids {
     /// The buffer of a list of grids, uploaded unless it is there.
     pub fn get(&self, device: &Device, grids: &[Arc<Grid>]) -> Result<Arc<wgpu::Buffer>, GpuError> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.retain(|(owners, _)| owners.iter().all(|grid| grid.strong_count() > 0));
+        kept.retain(|kept| kept.owners.iter().all(|grid| grid.strong_count() > 0));
         let same = |owners: &[Weak<Grid>]| {
             owners.len() == grids.len() && owners.iter().zip(grids).all(|(a, b)| a.as_ptr() == Arc::as_ptr(b))
         };
-        if let Some((_, buffer)) = kept.iter().find(|(owners, _)| same(owners)) {
-            return Ok(buffer.clone());
+        if let Some(found) = kept.iter().find(|kept| same(&kept.owners)) {
+            return Ok(found.buffer.clone());
         }
         let buffer = Arc::new(upload(device, grids)?);
-        kept.push((grids.iter().map(Arc::downgrade).collect(), buffer.clone()));
+        kept.push(Kept { owners: grids.iter().map(Arc::downgrade).collect(), buffer: buffer.clone() });
         Ok(buffer)
     }
 }

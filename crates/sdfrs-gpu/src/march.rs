@@ -221,7 +221,8 @@ impl<'a> Job<'a> {
         for base in (0..count).step_by(tile) {
             let start = Instant::now();
             let rays = tile.min(count - base);
-            let blocks = width.is_some_and(|w| base.is_multiple_of(w as usize) && rays.is_multiple_of(w as usize));
+            let blocks =
+                width.is_some_and(|w| base.is_multiple_of(w as usize) && rays.is_multiple_of(w as usize));
             let params =
                 Params { rays: rays as u32, base: base as u32, blocks: blocks.into(), ..self.params };
             if let From::Host(source) = from {

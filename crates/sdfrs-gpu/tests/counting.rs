@@ -1,5 +1,7 @@
 //! The counter of compiled shaders, in a process of its own: nothing else compiles meanwhile.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use common::shapes::{build, moved, num};

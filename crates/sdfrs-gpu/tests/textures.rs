@@ -1,5 +1,7 @@
 //! Grids of every kind of storage and every rule of stepping against the CPU, by bits.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use std::sync::Arc;

@@ -1,5 +1,7 @@
 //! Every text passes naga, with no GPU at all; every op of the table is there, with its gradient.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use common::shapes::{build, everything, num};

@@ -12,6 +12,7 @@ mod columns;
 mod cross;
 mod fast;
 mod lines;
+mod moments;
 mod pseudo;
 mod solid;
 mod tree;

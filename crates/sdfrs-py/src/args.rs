@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
 use sdfrs::device::{self, Choice, On};
-use sdfrs_core::{Limits, Prune, Program, SceneError, Span, eval::Native};
+use sdfrs_core::{Limits, Program, Prune, SceneError, Span, eval::Native};
 use sdfrs_trace::{
     Tracer,
     camera::{Camera, Kind},

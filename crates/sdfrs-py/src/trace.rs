@@ -76,7 +76,8 @@ pub fn trace<'py>(
         })?;
         hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
+    let job =
+        Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
     if let (Ok(o), Ok(d)) = (origins.extract(), directions.extract()) {
         return run::<f32>(py, &job, [o, d], [SpanArg::take(t_min)?, SpanArg::take(t_max)?], progress);
     }
@@ -117,7 +118,8 @@ pub fn trace_camera<'py>(
         })?;
         hits_fields(py, hits, &summary, &used)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
+    let job =
+        Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     if args::is_f32(precision)? {
         run::<f32>(py, &job, &camera, t_max, progress)
@@ -166,7 +168,8 @@ pub fn render<'py>(
         dict.set_item("shade_seconds", picture.timings.shade_seconds)?;
         Ok(dict)
     }
-    let job = Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, true)?, (device, strict))?;
+    let job =
+        Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, true)?, (device, strict))?;
     let camera = camera.get().map_err(Fault::from)?;
     let lights = scene::lights(lights);
     let scene =

@@ -64,7 +64,11 @@ fn tree(random: &mut Random, n: usize) -> Shape {
 }
 
 fn camera(random: &mut Random) -> Camera {
-    let kind = if random.below(4) == 0 { Kind::Orthographic { extent: 4.0 } } else { Kind::Pinhole { fov_deg: 45.0 } };
+    let kind = if random.below(4) == 0 {
+        Kind::Orthographic { extent: 4.0 }
+    } else {
+        Kind::Pinhole { fov_deg: 45.0 }
+    };
     let at = |r: &mut Random| [r.within(-3.0, 3.0), r.within(1.0, 3.0), r.within(3.0, 5.0)];
     Camera { kind, origin: at(random), target: [0.0; 3], up: [0.0, 1.0, 0.0], width: 53, height: 37 }
 }
@@ -79,7 +83,15 @@ fn bits<T: Native>(h: &Hits<T>) -> Vec<[u64; 7]> {
     (0..h.t.len())
         .map(|i| {
             let counts = [u64::from(h.status[i]), u64::from(h.steps[i]), u64::from(h.fallbacks[i])];
-            [of(&h.t, i), counts[0], counts[1], counts[2], of(&h.multiplier, i), of(&h.witness, i), u64::from(h.flags[i])]
+            [
+                of(&h.t, i),
+                counts[0],
+                counts[1],
+                counts[2],
+                of(&h.multiplier, i),
+                of(&h.witness, i),
+                u64::from(h.flags[i]),
+            ]
         })
         .collect()
 }
@@ -135,7 +147,12 @@ fn compare<T: Native>(seed: u64, scenes: usize) -> Saved {
                 assert!(grazes(&a, &c, i), "{what}, ray {i}: {} and {}", a.status[i], c.status[i]);
                 saved.other += 1;
             }
-            assert!(c.steps[i] <= a.steps[i] + 40, "{what}, ray {i}: {} and {} steps", a.steps[i], c.steps[i]);
+            assert!(
+                c.steps[i] <= a.steps[i] + 40,
+                "{what}, ray {i}: {} and {} steps",
+                a.steps[i],
+                c.steps[i]
+            );
         }
         saved.rays += a.t.len();
         saved.whole += operations(&a);
@@ -185,8 +202,10 @@ fn a_thousand_spheres_cost_a_few() {
     let shape = build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>());
     let view = Camera { width: 256, height: 256, ..camera(&mut random) };
     let tracer = Tracer::Basic { guards: true };
-    let (a, b) =
-        (trace::<f32>(&shape, &view, &tracer, Prune::Off), trace::<f32>(&shape, &view, &tracer, Prune::Exact));
+    let (a, b) = (
+        trace::<f32>(&shape, &view, &tracer, Prune::Off),
+        trace::<f32>(&shape, &view, &tracer, Prune::Exact),
+    );
     assert_eq!(bits(&a), bits(&b));
     assert_eq!((a.work.prune, b.work.prune), (Prune::Off, Prune::Exact));
     let (all, left) = (a.work.node_evaluations, b.work.node_evaluations);
@@ -211,8 +230,14 @@ fn rays_in_any_order_keep_their_bits() {
     let program = Program::<f64>::for_tracing(&shape).unwrap();
     let run = |prune| {
         let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune };
-        march::trace(&program, &Tracer::Enhanced { omega: 0.88, form: Default::default(), guards: true }, &rays, &limits, &Control::new())
-            .unwrap()
+        march::trace(
+            &program,
+            &Tracer::Enhanced { omega: 0.88, form: Default::default(), guards: true },
+            &rays,
+            &limits,
+            &Control::new(),
+        )
+        .unwrap()
     };
     let (a, b) = (run(Prune::Off), run(Prune::Exact));
     assert_eq!(bits(&a), bits(&b));

@@ -28,8 +28,8 @@ pub mod texture;
 
 pub use scene::SceneFile;
 pub use sdfrs_core::{
-    Control, Field, FormatError, Grid, GridValues, Hits, Limits, Program, Prune, Rays, Scalar, SceneError, Scratch,
-    Shape, Span, Status, Value, contract, pool,
+    Control, Field, FormatError, Grid, GridValues, Hits, Limits, Program, Prune, Rays, Scalar, SceneError,
+    Scratch, Shape, Span, Status, Value, contract, pool,
 };
 pub use sdfrs_mesh as mesh;
 pub use sdfrs_trace::{Form, SearchForm, TraceError, Tracer};

@@ -90,7 +90,7 @@ pub fn from_mesh(
         Values::Sparse(s) => Store::Sparse(Bricks::new(s.table, s.far, BrickValues::F32(Arc::new(s.nodes)))),
     };
     let claim = Claim { lipschitz: Some(1.0), max_error: baked.max_error };
-    let grid = Grid::with_claim(store, dims, baked.lo, baked.hi, claim)?;
+    let grid = Grid::until(store, dims, baked.lo, baked.hi, claim, &|| control.is_cancelled())?;
     let band = settings.band.unwrap_or(4.0 * widest(&grid));
     Ok((restored(grid, stored, band)?, baked))
 }

@@ -3,6 +3,7 @@
 //! One text of every kernel, compiled for each instruction set and picked once; no fused multiply-add
 //! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
 
+mod isa;
 mod run;
 mod vectorise;
 
@@ -12,8 +13,8 @@ use crate::{
     error::SceneError,
     field::Field,
     graph::{Form, Graph},
-    lane::{Dual, Iv, Pack},
     grid::Grid,
+    lane::{Dual, Iv, Pack},
     op::{Ins, Tables, execute},
     prune::Pruner,
     real::{Real, Scalar},
@@ -21,8 +22,8 @@ use crate::{
     tape::Tape,
 };
 
+pub use isa::{Isa, isa};
 use run::{Batch, Slots};
-pub use run::{Isa, isa};
 pub use vectorise::{Kernel, vectorise};
 
 /// A scalar with a pack of its own.

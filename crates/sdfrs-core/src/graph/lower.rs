@@ -5,10 +5,10 @@ use std::collections::{HashMap, HashSet};
 use super::{
     Form, Graph,
     frame::{Frame, Frames},
+    rules::{flatten, keeps_surface, slope},
 };
 use crate::{
     error::SceneError,
-    grid::Step,
     math::rotation,
     op::Op,
     shape::{Kind, Shape, meta},
@@ -244,15 +244,7 @@ impl<'a> Lower<'a, '_> {
             Kind::Coordinate(axis) => Ok(at.coordinates(self.graph)?[*axis as usize]),
             kind => {
                 let id = self.primitive(kind, &at, form)?;
-                match kind {
-                    // An estimate, not a bound.
-                    Kind::Mandelbulb { .. } => {}
-                    Kind::Texture { grid } => {
-                        let step = if form == Form::Value { Step::Raw } else { Step::Safe };
-                        self.graph.bound(id, grid.strict_slope(step) * at.stretch, false);
-                    }
-                    _ => self.graph.bound(id, at.stretch, false),
-                }
+                self.graph.bound(id, slope(kind, form) * at.stretch, false);
                 Ok(id)
             }
         }
@@ -366,38 +358,4 @@ impl<'a> Lower<'a, '_> {
             other => Err(SceneError::new(other.op(), "cannot be evaluated here")),
         }
     }
-}
-
-/// Whether the node's surface is made of its children's surfaces alone: then their walks make its walk.
-fn keeps_surface(kind: &Kind) -> bool {
-    match kind {
-        Kind::Union { k } | Kind::Intersection { k } | Kind::Difference { k } => *k == 0.0,
-        Kind::Texture { .. } | Kind::Negate {} | Kind::WithBounds { .. } | Kind::Translate { .. } => true,
-        Kind::Rotate { .. } | Kind::Scale { .. } | Kind::Mirror { .. } | Kind::Repeat { .. } => true,
-        Kind::Twist { .. } | Kind::Bend { .. } => true,
-        _ => false,
-    }
-}
-
-/// Operands of nested unions (or intersections) without smoothing, in order, each once.
-fn flatten(shape: &Shape) -> Vec<&Shape> {
-    let same = |s: &Shape| match (shape.kind(), s.kind()) {
-        (Kind::Union { .. }, Kind::Union { k }) | (Kind::Intersection { .. }, Kind::Intersection { k }) => {
-            *k == 0.0
-        }
-        _ => false,
-    };
-    let (mut out, mut seen) = (Vec::new(), HashSet::new());
-    let mut stack: Vec<&Shape> = vec![shape];
-    while let Some(s) = stack.pop() {
-        if !seen.insert(s.ptr_id()) {
-            continue;
-        }
-        if same(s) {
-            stack.extend(s.children().iter().rev());
-        } else {
-            out.push(s);
-        }
-    }
-    out
 }

@@ -100,6 +100,18 @@ impl Grid {
         hi: [f64; 3],
         claim: Claim,
     ) -> Result<Self, SceneError> {
+        Self::until(store, dims, lo, hi, claim, &|| false)
+    }
+
+    /// The same, given up with an error once `stop` says so: large grids take a while to measure.
+    pub fn until(
+        store: Store,
+        dims: [usize; 3],
+        lo: [f64; 3],
+        hi: [f64; 3],
+        claim: Claim,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, SceneError> {
         let bad = |message: String| Err(SceneError::new("texture", message));
         if dims.iter().any(|&n| n < 2) {
             return bad(format!("got {dims:?} nodes along x, y, z, allowed: at least 2 each"));
@@ -125,7 +137,10 @@ impl Grid {
             Store::Dense(values) => values.check(dims)?,
             Store::Sparse(bricks) => bricks.check(dims)?,
         }
-        let slopes = slope::measure(&store, dims, spacing, &claim);
+        let slopes = slope::measure(&store, dims, spacing, &claim, stop);
+        if stop() {
+            return bad("cancelled".into());
+        }
         Ok(Self { store, dims, lo, hi, spacing, claim, slopes, stepping: Stepping::Safe })
     }
 
@@ -179,7 +194,13 @@ impl Grid {
     /// what may be concluded from one sample about its neighbourhood.
     pub fn strict_slope(&self, step: Step) -> f64 {
         let jumps = self.bricks().is_some() || (step != Step::Raw && self.stepping != Stepping::Safe);
-        if jumps { f64::INFINITY } else { self.slopes.whole }
+        let Slopes { whole, a, s, .. } = self.slopes;
+        match step {
+            _ if jumps => f64::INFINITY,
+            Step::Raw => whole,
+            // Divided by less than 1 (samples of a flat field) steps are steeper than values.
+            _ => whole * (1.0f64).max(1.0 / a).max(1.0 / s),
+        }
     }
     /// Slope bounds brick by brick, x fastest, and the number of bricks along x, y, z.
     pub fn brick_slopes(&self) -> (&[f32], [usize; 3]) {

@@ -67,14 +67,21 @@ impl Found {
     }
 }
 
-pub fn measure(store: &Store, dims: [usize; 3], spacing: [f64; 3], claim: &Claim) -> Slopes {
+/// Slopes of a grid; nothing of use once `stop` says so.
+pub fn measure(
+    store: &Store,
+    dims: [usize; 3],
+    spacing: [f64; 3],
+    claim: &Claim,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Slopes {
     let count = bricks_along(dims);
     let all: Vec<Option<Found>> = match (store, claim.lipschitz) {
         // Unclaimed grids are measured in f64 whatever they are stored as: their slopes decide steps.
         (Store::Dense(_), None) | (Store::Dense(GridValues::F64(_)), _) => {
-            survey::<f64>(store, dims, spacing, true)
+            survey::<f64>(store, dims, spacing, true, stop)
         }
-        (_, known) => survey::<f32>(store, dims, spacing, known.is_none()),
+        (_, known) => survey::<f32>(store, dims, spacing, known.is_none(), stop),
     };
     let most = all.iter().flatten().fold(Found::default(), |a, b| a.with(*b));
     let (a, s, gap, whole) = rules(store, spacing, claim, most);
@@ -101,17 +108,24 @@ fn rules(store: &Store, h: [f64; 3], claim: &Claim, most: Found) -> (f64, f64, f
     let Some(s) = claimed else { return (3f64.sqrt(), 1.0, diagonal, whole) };
     let noise = 2.0 * claim.max_error;
     let bound = h.iter().map(|h| (s + noise / h).powi(2)).sum::<f64>().sqrt();
-    let a = if sparse { bound } else { bound.min(most.steep.sqrt()).max(f64::MIN_POSITIVE) };
+    // A floor, for grids that hardly change: a step must be a number, and larger divisors are safe.
+    let a = if sparse { bound } else { bound.min(most.steep.sqrt()).max(1e-3 * bound) };
     (a, s, diagonal + noise / s, whole)
 }
 
 /// Each brick's largest slopes; None where it keeps no samples.
-fn survey<T: Scalar>(store: &Store, dims: [usize; 3], spacing: [f64; 3], pairs: bool) -> Vec<Option<Found>> {
+fn survey<T: Scalar>(
+    store: &Store,
+    dims: [usize; 3],
+    spacing: [f64; 3],
+    pairs: bool,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<Option<Found>> {
     let count = bricks_along(dims);
     let inverse = Inverse::<T>::new(spacing);
     let one = |block: &mut Vec<T>, i: usize| {
         let at = [i % count[0], i / count[0] % count[1], i / count[0] / count[1]];
-        fill(store, dims, at, i, block).then(|| inverse.steepest(block, pairs))
+        (!stop() && fill(store, dims, at, i, block)).then(|| inverse.steepest(block, pairs))
     };
     let total: usize = count.iter().product();
     pool::install(|| {

@@ -368,3 +368,26 @@ fn bad_bricks_are_refused() {
         assert!(error.to_string().contains(word), "{word}: {error}");
     }
 }
+
+#[test]
+fn flat_fields_are_walked_in_numbers() {
+    let n = [12; 3];
+    for (slope, level) in [(1.0, -1.0), (0.25, 0.3), (1.0, 3.0)] {
+        let field = |p: [f64; 3]| level + 0.25 * slope * p[0];
+        let claim = Claim { lipschitz: Some(slope), max_error: 0.0 };
+        let grid = make(Store::Dense(GridValues::F64(dense(n, field).into())), n, claim);
+        let flat = make(Store::Dense(GridValues::F64(dense(n, |_| level).into())), n, claim);
+        let mut random = Random(8);
+        for _ in 0..500 {
+            let (p, d) = (random.point(1.4), random.point(0.05));
+            let q: [f64; 3] = std::array::from_fn(|a| p[a] + d[a]);
+            let far = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let [a, b]: [f64; 2] = [p, q].map(|p| grid.sample(p, Step::Safe));
+            assert!((a - b).abs() <= grid.strict_slope(Step::Safe) * far * (1.0 + 1e-9), "{a} {b} {far}");
+            for stepping in STEPPINGS {
+                let v: f32 = flat.with_stepping(stepping).sample(p.map(|v| v as f32), Step::Safe);
+                assert!(v.is_finite() && v != 0.0);
+            }
+        }
+    }
+}

@@ -78,11 +78,13 @@ fn rows(graph: &Graph, tape: &Tape<f32>) -> Result<(Vec<[f32; 4]>, BTreeSet<Op>)
         let what = "rows of an interpreted scene".into();
         return Err(GpuError::Limits { what, asked: rows.len() as u64, allowed: 1 << 24 });
     }
+    // No more cases than these: a driver in software runs through every one for every instruction.
     Ok((rows, instructions.iter().map(|ins| ins.op).collect()))
 }
 
 fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {
-    let n = ins.n.div_ceil(4);
+    // A texture names its grid by one constant, and has that grid's rows.
+    let n = if is_texture(ins.op) { grids::ROWS as u32 } else { ins.n.div_ceil(4) };
     [[ins.op as u16 as f32, ins.d as f32, constants as f32, n as f32], ins.a.map(|a| a as f32)]
 }
 
@@ -124,13 +126,16 @@ fn function(out: &mut String, used: &BTreeSet<Op>, slots: usize, flavour: Flavou
     }
     out.push_str("    let n = u32(consts[0].x);\n    for (var i = 0u; i < n; i++) {\n");
     out.push_str(
-        "        let head = consts[1u + 2u * i];\n        let from = vec4<u32>(consts[2u + 2u * i]);\n",
+        "        let head = consts[1u + 2u * i];\n        let places = vec4<u32>(consts[2u + 2u * i]);\n",
     );
     for (i, lane) in ["x", "y", "z", "w"].iter().enumerate() {
-        let _ = writeln!(out, "        let a{i} = s[from.{lane}];");
+        let _ = writeln!(out, "        let a{i} = s[places.{lane}];");
     }
-    let _ =
-        writeln!(out, "        let k = u32(head.z);\n        var v = {ty}();\n        switch u32(head.x) {{");
+    // Read once here: a driver in software compiles every place that reads for seconds.
+    out.push_str(
+        "        let k = u32(head.z);\n        let c = consts[k];\n        let d = consts[k + 1u];\n",
+    );
+    let _ = writeln!(out, "        var v = {ty}();\n        switch u32(head.x) {{");
     for op in used {
         let _ = writeln!(out, "            case {}u: {{ v = {}; }}", *op as u16, call(*op, prefix));
     }
@@ -143,11 +148,11 @@ fn call(op: Op, prefix: &str) -> String {
     let operands = (0..op.arity()).map(|i| format!("a{i}"));
     let constants: Vec<String> = match (op, op.constants()) {
         (Op::SphereUnion, _) => vec!["k".into(), "u32(head.w)".into()],
-        (Op::Mandelbulb, _) => vec!["consts[k]".into()],
-        (_, None) => vec!["k".into(), "u32(consts[k].w)".into(), "u32(consts[k + 1u].w)".into()],
+        (Op::Mandelbulb, _) => vec!["c".into()],
+        (_, None) => vec!["k".into(), "u32(c.w)".into(), "u32(d.w)".into()],
         (_, Some(0)) => vec![],
-        (_, Some(1)) => vec!["consts[k].x".into()],
-        (_, Some(n)) => (0..n.div_ceil(4)).map(|i| format!("consts[k + {i}u]")).collect(),
+        (_, Some(1)) => vec!["c.x".into()],
+        (_, Some(n)) => ["c", "d"].iter().take(n.div_ceil(4)).map(|row| (*row).to_owned()).collect(),
     };
     format!("{prefix}_{}({})", op.name(), operands.chain(constants).collect::<Vec<_>>().join(", "))
 }

@@ -77,23 +77,26 @@ fn cut(vertices: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]>) -> Res
         return Err(format!("a face of {n} corners that isn't convex; at most {MAX_CORNERS} are allowed"));
     }
     let mut left: Vec<usize> = (0..n).collect();
-    let mut at = 0;
-    let mut tried = 0;
+    let (mut at, mut tried, mut patience) = (0, 0, 2);
     while left.len() > 3 {
         let m = left.len();
         let (a, b, c) = (left[(at + m - 1) % m], left[at % m], left[(at + 1) % m]);
-        // After a round without an ear, any corner that doesn't turn the wrong way, and then any at all.
-        let ear = match tried / m {
-            0 => area(a, b, c) > 0.0 && !holds_another(&flat, &left, [a, b, c]),
-            1 => area(a, b, c) >= 0.0 && !holds_another(&flat, &left, [a, b, c]),
+        let turn = area(a, b, c);
+        // A round without an ear: the polygon meets itself. From then on a straight corner will do, and then any.
+        let ear = match patience {
+            2 => turn > 0.0 && !holds_another(&flat, &left, [a, b, c]),
+            1 => turn >= 0.0 && !holds_another(&flat, &left, [a, b, c]),
             _ => true,
         };
         if ear {
             faces.push([polygon[a], polygon[b], polygon[c]]);
             left.remove(at % m);
             (at, tried) = (at % m, 0);
-        } else {
-            (at, tried) = ((at + 1) % m, tried + 1);
+            continue;
+        }
+        (at, tried) = ((at + 1) % m, tried + 1);
+        if tried == m {
+            (tried, patience) = (0, patience - 1);
         }
     }
     faces.push([polygon[left[0]], polygon[left[1]], polygon[left[2]]]);

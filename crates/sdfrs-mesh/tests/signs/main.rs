@@ -175,7 +175,9 @@ fn a_million_points_of_each_damaged_mesh() {
 
 #[test]
 fn every_rule_is_right_on_a_whole_mesh() {
-    for mesh in [icosphere(2), torus(1.0, 0.4, 24, 12), cube(3), soup(&icosphere(2))] {
+    for mesh in
+        [icosphere(2), torus(1.0, 0.4, 24, 12), cube(3), soup(&icosphere(2)), spiky(2, 1), spiky(1, 2)]
+    {
         for rule in [SignRule::Auto, SignRule::Winding, SignRule::Pseudonormal, SignRule::Parity] {
             assert_eq!(compare(&mesh, None, rule, 4000).winding, 0, "{rule:?}");
         }

@@ -85,6 +85,17 @@ fn hull_of_icosahedron(v: &[[f64; 3]]) -> Vec<[u32; 3]> {
     faces
 }
 
+/// A ball with its vertices drawn out or pressed in at random: sharp spikes, deep pits, uneven fans, and no face meets
+/// another.
+pub fn spiky(level: u32, seed: u64) -> Mesh {
+    let (mut mesh, mut dice) = (icosphere(level), Dice::new(seed));
+    for v in &mut mesh.vertices {
+        let r = 0.15 + 0.85 * dice.unit() * dice.unit();
+        *v = v.map(|x| r * x);
+    }
+    mesh
+}
+
 /// Around the z axis.
 pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> Mesh {
     let mut mesh = Mesh::default();

@@ -112,3 +112,68 @@ fn farthest<T: Native>(v: &[Vec<T>; 3], centre: [f64; 3], unit: [f64; 3]) -> (f6
     let most = |v: [f64; 8]| v.into_iter().fold(0.0, f64::max);
     (most(along), most(apart).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::march::Ray;
+
+    /// Rays around (1, 2, 3), fanned out by `spread`, from origins `apart`.
+    fn swarm(spread: f32, apart: f32) -> Swarm<f32> {
+        let mut state = 9u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+        };
+        let mut swarm = Swarm::default();
+        for id in 0..300 {
+            let v: [f32; 3] = std::array::from_fn(|a| [0.3, -0.5, 0.8][a] + spread * unit());
+            let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+            let origin = std::array::from_fn(|a| [1.0, 2.0, 3.0][a] + apart * unit());
+            swarm.push(&Ray { origin, direction: v.map(|x| x / length), t_min: 0.0, t_max: 50.0 }, id);
+        }
+        swarm.start();
+        swarm
+    }
+
+    #[test]
+    fn a_cell_holds_all_points_between_its_depths() {
+        for (spread, apart) in [(0.0, 0.0), (0.01, 0.0), (0.3, 0.1), (0.0, 1.0)] {
+            let swarm = swarm(spread, apart);
+            let beam = Beam::around(std::iter::once(&swarm)).unwrap();
+            assert_eq!(beam.t_max, 50.0);
+            for (lo, hi) in [(0.0, 0.5), (2.0, 2.25), (7.0, 40.0)] {
+                let cell = beam.cell(lo, hi);
+                let mut most: f64 = 0.0;
+                for i in 0..300 {
+                    for t in [lo, 0.5 * (lo + hi), hi].map(|t| t as f32) {
+                        let from = |a: usize| swarm.origin[a][i] + t * swarm.direction[a][i];
+                        let d: f64 = (0..3).map(|a| f64::from(from(a) - cell.centre[a]).powi(2)).sum();
+                        most = most.max(d.sqrt());
+                    }
+                }
+                assert!(most <= f64::from(cell.radius), "{spread} {apart} {lo} {hi}: {most} {}", cell.radius);
+                assert!(f64::from(cell.radius) <= 2.2 * most + 1e-3, "loose: {most} {}", cell.radius);
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_ball_clears_lies_in_the_ball() {
+        let swarm = swarm(0.05, 0.02);
+        let beam = Beam::around(std::iter::once(&swarm)).unwrap();
+        for (t, radius) in [(1.0, 0.5), (3.0, 0.4), (3.0, 3.0), (10.0, 1.0)] {
+            let to = beam.clear_to(t, radius);
+            assert!(to >= t && to < t + radius);
+            let cell = beam.cell(t, to);
+            let axis: [f64; 3] = std::array::from_fn(|a| beam.origin[a] + t * beam.direction[a]);
+            let off: f64 = (0..3).map(|a| (f64::from(cell.centre[a]) - axis[a]).powi(2)).sum();
+            for i in 0..300 {
+                let at = |a: usize| f64::from(swarm.origin[a][i]) + to * f64::from(swarm.direction[a][i]);
+                let d: f64 = (0..3).map(|a| (at(a) - axis[a]).powi(2)).sum();
+                assert!(to == t || d.sqrt() <= radius * (1.0 + 1e-6), "{t} {radius}: {d} {off}");
+            }
+        }
+    }
+}

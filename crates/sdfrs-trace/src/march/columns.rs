@@ -32,7 +32,8 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     #[inline]
     fn end(&mut self, id: u32, status: Status, tally: &Tally<T>, threshold: T) {
         let k = id as usize;
-        (self.t[k], self.status[k]) = (if status == Status::Miss { T::INFINITY } else { tally.t }, status as u8);
+        (self.t[k], self.status[k]) =
+            (if status == Status::Miss { T::INFINITY } else { tally.t }, status as u8);
         (self.steps[k], self.fallbacks[k]) = (tally.steps, tally.fallbacks);
         (self.multiplier[k], self.distance[k]) = (tally.multiplier(), tally.r);
         (self.witness[k], self.flags[k]) = (tally.witness, tally.flags);

@@ -9,6 +9,7 @@
 mod beam;
 mod cells;
 mod columns;
+mod kernels;
 mod order;
 mod refine;
 mod swarm;
@@ -112,7 +113,9 @@ pub fn trace_source<T: Native>(
         Tracer::Enhanced { omega, guards: true, .. } => {
             job.steps(enhanced::Enhanced { omega: T::Lanes::c(omega) })
         }
-        Tracer::Enhanced { omega, form: Form::Y2023, .. } => job.walks(&enhanced::Letter { omega: of(omega) }),
+        Tracer::Enhanced { omega, form: Form::Y2023, .. } => {
+            job.walks(&enhanced::Letter { omega: of(omega) })
+        }
         Tracer::Enhanced { omega, form: Form::Y2018, .. } => {
             job.walks(&Listing(enhanced::Enhanced { omega: of(omega) }))
         }
@@ -171,7 +174,9 @@ impl<T: Native> Job<'_, T> {
         let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
         let Some(pruner) = pruner else {
             let starts = self.in_line();
-            let run = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| worker.tile(self, rule, starts[tile], out);
+            let run = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| {
+                worker.tile(self, rule, starts[tile], out)
+            };
             return Ok(self.tiles(&starts, memory, run)?.0);
         };
         let order = Order::new(self.rays);
@@ -187,8 +192,9 @@ impl<T: Native> Job<'_, T> {
     /// Any other walk.
     fn walks<W: Walk<T>>(&self, walk: &W) -> Result<Hits<T>, TraceError> {
         let starts = self.in_line();
-        let run =
-            |wave: &mut wave::Wave<T, W>, tile: usize, out: &mut Columns<T>| wave.tile(self, walk, starts[tile], out);
+        let run = |wave: &mut wave::Wave<T, W>, tile: usize, out: &mut Columns<T>| {
+            wave.tile(self, walk, starts[tile], out)
+        };
         Ok(self.tiles(&starts, wave::Wave::new, run)?.0)
     }
 

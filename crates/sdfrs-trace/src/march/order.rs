@@ -81,7 +81,8 @@ impl Order {
     /// Puts what was found block by block into the order of the rays.
     pub fn restore<T: Scalar>(&self, hits: &mut Hits<T>) {
         let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
-        let (values, counts, bytes) = ([t, multiplier, distance, witness], [steps, fallbacks], [status, flags]);
+        let (values, counts, bytes) =
+            ([t, multiplier, distance, witness], [steps, fallbacks], [status, flags]);
         values.into_par_iter().for_each(|column| self.column(column));
         counts.into_par_iter().for_each(|column| self.column(column));
         bytes.into_par_iter().for_each(|column| self.column(column));

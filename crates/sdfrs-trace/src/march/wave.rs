@@ -2,11 +2,7 @@
 
 use sdfrs_core::{Limits, Scalar, Scratch, Status, eval::Native};
 
-use super::{
-    Job, Ray, TILE,
-    columns::Columns,
-    swarm::Sink,
-};
+use super::{Job, Ray, TILE, columns::Columns, swarm::Sink};
 use crate::tracer::walk::{Next, Range, Sample, Tally, Walk};
 
 /// A worker's memory for a tile of rays.
