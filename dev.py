@@ -33,7 +33,7 @@ TOOLS = {
     "lint": ["ruff>=0.6", "mypy>=1.10"],
     "package": ["twine>=6.1", "packaging>=24.2"],
 }
-PYTHON_CODE = ["dev.py", "tools", "python", "examples", "benches", "tests/python"]
+PYTHON_CODE = ["dev.py", "tools", "python", "examples", "benches/import_time.py", "tests/python"]
 MYPY_CODE = ["python/sdfrs", "examples/02_compare_tracers.py", "examples/03_formula.py", "examples/demo.py"]
 
 

@@ -158,7 +158,9 @@ impl Scene {
 /// Points in a cube, the same on every run.
 pub fn points(n: usize, half: f32) -> [Vec<f32>; 3] {
     let mut random = scenes::Random(1);
-    let mut p: [Vec<f32>; 3] = Default::default();
+    // Of different lengths, so that arrays of a page's size do not begin at one place of their pages: stores
+    // to one would look like stores to the others (a sphere then takes 0.5 ns instead of 0.2).
+    let mut p: [Vec<f32>; 3] = std::array::from_fn(|axis| Vec::with_capacity(n + 272 * (axis + 1)));
     for _ in 0..n {
         for axis in &mut p {
             axis.push(random.within(-half as f64, half as f64) as f32);
