@@ -24,7 +24,7 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STATE = VENV / "sdfrs-dev.json"
-RUST = (1, 88)
+RUST = (1, 89)
 
 # Installed by group and only when a command needs the group: a first demo should not wait for linters.
 TOOLS = {
@@ -78,13 +78,13 @@ def need_cargo(*components: str) -> None:
     path = environment()["PATH"]
     cargo = shutil.which("cargo", path=path)
     if cargo is None:
-        fail("cargo is missing: install Rust 1.88 or newer from https://rustup.rs, then run this again.")
+        fail("cargo is missing: install Rust 1.89 or newer from https://rustup.rs, then run this again.")
     answer = subprocess.run([str(cargo), "--version"], cwd=ROOT, capture_output=True, text=True, check=False)
     version = re.search(r"(\d+)\.(\d+)", answer.stdout)
     if version is None:
         fail(f"`cargo --version` does not answer: {answer.stderr.strip() or 'no output'}")
     elif tuple(map(int, version.groups())) < RUST:
-        fail(f"cargo {version[0]} is too old, 1.88 or newer is needed: run `rustup update stable`.")
+        fail(f"cargo {version[0]} is too old, 1.89 or newer is needed: run `rustup update stable`.")
     for component in components:
         if shutil.which(component, path=path) is None:
             fail(f"{component} is missing: run `rustup component add rustfmt clippy`.")

@@ -16,7 +16,10 @@ type Failure = Box<dyn std::error::Error>;
 fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [source, resolution, options @ ..] = args.as_slice() else {
-        return Err("usage: mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [raw=FILE]".into());
+        return Err(
+            "usage: mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [raw=FILE]"
+                .into(),
+        );
     };
     let option = |name: &str| options.iter().find_map(|o| o.strip_prefix(name)?.strip_prefix('='));
     let repeats: usize = option("repeats").unwrap_or("3").parse()?;
@@ -26,7 +29,8 @@ fn main() -> Result<(), Failure> {
         None => off(&std::fs::read_to_string(source)?)?,
     };
     let sparse = options.iter().any(|o| o == "sparse");
-    let settings = Settings { resolution: Resolution::Cube(resolution.parse()?), sparse, ..Settings::default() };
+    let settings =
+        Settings { resolution: Resolution::Cube(resolution.parse()?), sparse, ..Settings::default() };
     let (mut least_cpu, mut least_wall) = (f64::INFINITY, f64::INFINITY);
     let mut last = None;
     for _ in 0..repeats.max(1) {

@@ -290,7 +290,9 @@ fn main() {
     for (name, mesh, truth, method) in damaged(3).into_iter().skip(7) {
         let wrong = compare(&mesh, truth.as_ref(), SignRule::Auto, 1_000_000);
         let (faces, Wrong { method: got, winding, truth, depth }) = (mesh.faces.len(), wrong);
-        println!("{name}: {faces} faces, {got:?}, {winding} wrong, {truth} wrong against the truth, {depth:.1e} off");
+        println!(
+            "{name}: {faces} faces, {got:?}, {winding} wrong, {truth} wrong against the truth, {depth:.1e} off"
+        );
         assert_eq!((got, winding), (method, 0), "{name}");
     }
 }

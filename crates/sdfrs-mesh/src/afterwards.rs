@@ -56,7 +56,8 @@ impl<'a> Judge<'a> {
         let points: Vec<[f64; 3]> = far.chain(flat).collect();
         let mut inside = vec![false; points.len()];
         self.signs.inside_many(&points, &mut inside);
-        let flags = part.far.iter_mut().map(|(_, far)| &mut far.inside).chain(part.flat.iter_mut().map(|(_, i)| i));
+        let flags =
+            part.far.iter_mut().map(|(_, far)| &mut far.inside).chain(part.flat.iter_mut().map(|(_, i)| i));
         for (flag, inside) in flags.zip(inside) {
             *flag = inside;
         }

@@ -104,7 +104,8 @@ impl<'g> Assembly<'g> {
         for i in from[0]..to[0] {
             for j in from[1]..to[1] {
                 for k in from[2]..to[2] {
-                    let middle = self.grid.place([i, j, k].map(|b| f64::from(b * SIDE) + 0.5 * f64::from(SIDE)));
+                    let middle =
+                        self.grid.place([i, j, k].map(|b| f64::from(b * SIDE) + 0.5 * f64::from(SIDE)));
                     let least = (f64::from(far.distance) - (middle - c).length() - radius) * f64::from(scale);
                     let value = (least as f32 * (1.0 - 1e-6)).max(band);
                     let at = self.at([i, j, k]);
@@ -139,9 +140,9 @@ impl<'g> Assembly<'g> {
         let bytes = (kept.len() * VOLUME * size_of::<f32>()) as u64;
         budget.take(bytes, "bricks with aprons")?;
         let mut nodes: Vec<f32> = Vec::new();
-        nodes
-            .try_reserve_exact(kept.len() * VOLUME)
-            .map_err(|_| MeshError::bad("memory", format!("the system has none for {bytes} bytes of bricks")))?;
+        nodes.try_reserve_exact(kept.len() * VOLUME).map_err(|_| {
+            MeshError::bad("memory", format!("the system has none for {bytes} bytes of bricks"))
+        })?;
         nodes.resize(kept.len() * VOLUME, 0.0);
         nodes.par_chunks_mut(VOLUME).zip(&kept).for_each(|(out, &b)| self.fill(b, parts, out));
         Ok(Sparse { bricks: self.bricks, table, far, nodes })

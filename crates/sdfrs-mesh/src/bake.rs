@@ -5,6 +5,7 @@
 
 use std::sync::Mutex;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
@@ -17,6 +18,7 @@ use crate::{
     clusters,
     dense::Dense,
     descent::{Descent, prepare},
+    error_bound::{bound, slack},
     frames::{Slab, Tri},
     grid::Grid,
     isa::{Isa, isa},
@@ -152,8 +154,10 @@ fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
     }
     let bytes = dims.iter().map(|&n| u64::from(n)).product::<u64>().saturating_mul(4);
     if !settings.sparse && bytes > settings.budget_bytes {
-        let message =
-            format!("{} x {} x {} nodes take {bytes} bytes; {} are allowed", dims[0], dims[1], dims[2], settings.budget_bytes);
+        let message = format!(
+            "{} x {} x {} nodes take {bytes} bytes; {} are allowed",
+            dims[0], dims[1], dims[2], settings.budget_bytes
+        );
         return Err(MeshError::bad("resolution", message));
     }
     if let Some(band) = settings.band.filter(|b| !(*b > 0.0 && b.is_finite())) {
@@ -163,7 +167,10 @@ fn layout_given(settings: &Settings) -> Result<Option<Layout>, MeshError> {
         return Err(MeshError::bad("confidence", "asked for with sparse; only a dense grid has it"));
     }
     if !(settings.padding >= 0.0 && settings.padding.is_finite()) {
-        return Err(MeshError::bad("padding", format!("{} given; it has to be 0 or more and finite", settings.padding)));
+        return Err(MeshError::bad(
+            "padding",
+            format!("{} given; it has to be 0 or more and finite", settings.padding),
+        ));
     }
     let Some((lo, hi)) = settings.bounds else { return Ok(None) };
     extents("bounds", lo, hi)?;
@@ -174,7 +181,8 @@ fn extents(what: &str, lo: [f64; 3], hi: [f64; 3]) -> Result<(), MeshError> {
     for k in 0..3 {
         if !(lo[k] < hi[k] && (hi[k] - lo[k]).is_finite()) {
             let axis = ["x", "y", "z"][k];
-            let message = format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
+            let message =
+                format!("{axis} runs from {} to {}; it has to grow, by a finite amount", lo[k], hi[k]);
             return Err(MeshError::bad(what, message));
         }
     }
@@ -196,6 +204,34 @@ fn layout_around(settings: &Settings, (lo, hi): ([f64; 3], [f64; 3])) -> Result<
     Ok(Layout { dims, lo, hi })
 }
 
+/// How large things are in the descent's frame.
+struct Sizes {
+    /// The largest coordinate of mesh and grid; at least 1.
+    size: f64,
+    /// The longest edge.
+    longest: f64,
+    /// A vertex' distance from the middle of the grid.
+    nearest: f64,
+}
+
+impl Sizes {
+    fn of(mesh: &Checked, grid: &Grid) -> Self {
+        let (mut size, mut nearest, mut longest) = (1.0f64, f64::INFINITY, 0.0f64);
+        for v in &mesh.vertices {
+            let f = grid.frame(*v);
+            (size, nearest) = (size.max(f.abs().max_element()), nearest.min(f.length_squared()));
+        }
+        for face in 0..mesh.faces.len() {
+            let [a, b, c] = mesh.corners(face).map(DVec3::from_array);
+            longest = longest
+                .max((b - a).length_squared())
+                .max((c - b).length_squared())
+                .max((a - c).length_squared());
+        }
+        Self { size, longest: longest.sqrt() / grid.scale, nearest: nearest.sqrt() }
+    }
+}
+
 /// One bake, its frames chosen.
 struct Job<'a> {
     mesh: &'a Checked,
@@ -207,8 +243,8 @@ struct Job<'a> {
     scale: f32,
     /// World units; infinite: no band.
     band: f32,
-    /// The largest coordinate of mesh and grid in the descent's frame; at least 1.
-    size: f64,
+    /// What rounding can do to a distance, and how wrong a value can be: descent's frame, world units.
+    slack: f64,
     max_error: f64,
     bricks: [u32; 3],
     /// Signs change only through the surface.
@@ -216,17 +252,24 @@ struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    fn new(mesh: &'a Checked, layout: &'a Layout, settings: &'a Settings, budget: &'a Budget) -> Result<Self, MeshError> {
+    fn new(
+        mesh: &'a Checked,
+        layout: &'a Layout,
+        settings: &'a Settings,
+        budget: &'a Budget,
+    ) -> Result<Self, MeshError> {
         let Layout { dims, lo, hi } = *layout;
-        let unit = |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (p[k] - mesh.centre[k]) / mesh.scale) };
+        let unit =
+            |p: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| (p[k] - mesh.centre[k]) / mesh.scale) };
         let bricks = dims.map(|n| (n - 1).div_ceil(SIDE));
         let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
         let (first, last) = (unit(lo), unit(hi));
         let grid = Grid::new(first, last, dims, nodes);
-        let size = mesh.vertices.iter().map(|&v| grid.frame(v).abs().max_element()).fold(1.0, f64::max);
+        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid);
         let scale = mesh.scale * grid.scale;
         if !(size < 1e9) {
-            let message = format!("the mesh is {size:.0e} times as large, or as far away; at most 1e9 is allowed");
+            let message =
+                format!("the mesh is {size:.0e} times as large, or as far away; at most 1e9 is allowed");
             return Err(MeshError::bad("bounds", message));
         }
         if !(scale * size < 1e36 && scale > 1e-30) {
@@ -239,8 +282,22 @@ impl<'a> Job<'a> {
             None if settings.sparse => 4.0 * voxel,
             None => f64::INFINITY,
         };
-        let max_error = crate::error_bound::bound(size) * scale;
-        Ok(Self { mesh, settings, budget, layout, grid, scale: scale as f32, band: band as f32, size, max_error, bricks, closed: false })
+        // From the middle of the grid no node is farther than its corners.
+        let farthest = (nearest + 3f64.sqrt()).min(band / scale);
+        let (slack, max_error) = (slack(size, longest), bound(size, longest, farthest) * scale);
+        Ok(Self {
+            mesh,
+            settings,
+            budget,
+            layout,
+            grid,
+            scale: scale as f32,
+            band: band as f32,
+            slack,
+            max_error,
+            bricks,
+            closed: false,
+        })
     }
 
     fn descent<'s>(&'s self, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Result<Descent<'s>, MeshError> {
@@ -260,10 +317,10 @@ impl<'a> Job<'a> {
             kernels: Kernels::of(self.settings.isa.unwrap_or_else(isa)),
             signs: (signs.method() == Method::Pseudonormal).then_some(signs),
             each: !self.closed,
-            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 2e-6 * self.size) as f32),
+            steps: self.grid.step().map(|s| (s * (1.0 + 1e-6) + 4.0 * self.slack) as f32),
             band: self.band.is_finite().then_some((band * (1.0 + 1e-6)) as f32),
             bricks: self.settings.sparse,
-            slack: (1e-6 * self.size) as f32,
+            slack: (self.slack * (1.0 + 1e-6)) as f32,
             budget: self.budget,
             watch,
             arenas: Mutex::new(Vec::new()),

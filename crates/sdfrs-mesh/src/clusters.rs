@@ -4,6 +4,7 @@
 //! cluster. The order is a function of the mesh alone, whatever the number of threads.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{MeshError, Watch};
 
@@ -20,8 +21,13 @@ struct Middle {
 }
 
 /// Face numbers in the new order.
-pub fn order(corners: impl Fn(usize) -> [DVec3; 3], count: usize, watch: &dyn Watch) -> Result<Vec<u32>, MeshError> {
+pub fn order(
+    corners: impl Fn(usize) -> [DVec3; 3] + Sync,
+    count: usize,
+    watch: &dyn Watch,
+) -> Result<Vec<u32>, MeshError> {
     let mut middles: Vec<Middle> = (0..count)
+        .into_par_iter()
         .map(|f| {
             let [a, b, c] = corners(f);
             Middle { at: ((a + b + c) / 3.0).as_vec3().to_array(), face: f as u32 }

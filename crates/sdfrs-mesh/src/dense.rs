@@ -42,7 +42,8 @@ impl Sink for Dense<'_> {
     fn leaf(&mut self, cell: &Cell, values: &[f32; 16]) {
         let values = values.map(|v| (v * self.scale).min(self.band).max(-self.band));
         let start = self.at(cell.origin);
-        let whole = (0..3).all(|a| cell.lo[a] == cell.origin[a] && cell.hi[a] == cell.origin[a] + [2, 2, 4][a]);
+        let whole =
+            (0..3).all(|a| cell.lo[a] == cell.origin[a] && cell.hi[a] == cell.origin[a] + [2, 2, 4][a]);
         if whole && self.stride[2] == 1 {
             for (row, four) in values.chunks_exact(4).enumerate() {
                 self.write(start + (row >> 1) * self.stride[0] + (row & 1) * self.stride[1], four);

@@ -93,7 +93,13 @@ pub struct Arena {
 }
 
 impl Arena {
-    pub(crate) fn reserve(&mut self, budget: &Budget, ids: usize, masks: usize, rows: usize) -> Result<(), MeshError> {
+    pub(crate) fn reserve(
+        &mut self,
+        budget: &Budget,
+        ids: usize,
+        masks: usize,
+        rows: usize,
+    ) -> Result<(), MeshError> {
         budget.grow(&mut self.ids, ids, 0, "lists of triangles")?;
         budget.grow(&mut self.masks, masks, 0, "lists of triangles")?;
         budget.grow(&mut self.rows, rows, Row::ZERO, "lists of triangles")
@@ -138,7 +144,13 @@ impl Descent<'_> {
     }
 
     /// Cells too large for one task.
-    fn top<S: Sink + Sync>(&self, sink: &S, list: Vec<u32>, kind: Kind, cell: Cell) -> Result<Vec<S>, MeshError> {
+    fn top<S: Sink + Sync>(
+        &self,
+        sink: &S,
+        list: Vec<u32>,
+        kind: Kind,
+        cell: Cell,
+    ) -> Result<Vec<S>, MeshError> {
         if self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
@@ -231,7 +243,13 @@ impl Descent<'_> {
     }
 
     /// The cell of a pair of children, or of the one that has nodes within the band; hands over those that have not.
-    pub(crate) fn next<S: Sink>(&self, sink: &mut S, cell: &Cell, known: &Known, pair: usize) -> Option<Cell> {
+    pub(crate) fn next<S: Sink>(
+        &self,
+        sink: &mut S,
+        cell: &Cell,
+        known: &Known,
+        pair: usize,
+    ) -> Option<Cell> {
         let lanes = [2 * pair, 2 * pair + 1];
         let near = lanes.map(|l| known.children.live & !known.far & (1 << l) != 0);
         for l in lanes {

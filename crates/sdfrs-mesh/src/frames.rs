@@ -119,8 +119,9 @@ impl Slab {
             let local = DVec3::new(d.dot(e1), d.dot(e2), d.dot(e3));
             (lo, hi) = (lo.min(local), hi.max(local));
         }
-        // Room for rounding: the axes to f32, the middle to f32.
-        let (mid, half) = ((lo + hi) * 0.5, (hi - lo) * (0.5 * (1.0 + 1e-6)) + 3e-7);
+        // Room for rounding to f32: of the axes, and of the middle.
+        let size = corners.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max);
+        let (mid, half) = ((lo + hi) * 0.5, (hi - lo) * (0.5 * (1.0 + 1e-6)) + 3e-7 * size);
         let middle = first + mid.x * e1 + mid.y * e2 + mid.z * e3;
         let axes = [half.x * e1, half.y * e2, half.z * e3];
         let reach: f64 = axes.iter().map(|a| (a.abs() * weights).element_sum()).sum();

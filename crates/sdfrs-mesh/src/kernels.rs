@@ -255,16 +255,23 @@ fn retain<L: Lanes>(slabs: &[Slab], list: &[u32], rows: &[Row], bound: &Bound, m
     }
 }
 
+type Measure = unsafe fn(&[Tri], &[u32], &Points, &mut [Row]) -> Least;
+type Leaf = unsafe fn(&[Tri], &[u32], &Points) -> Row;
+type Feet = unsafe fn(&[Tri], &[u32; 16], &Points) -> Points;
+type Keep<Item> = unsafe fn(&[Item], &[u32], &[Row], &Bound, &mut [u16]);
+type Survey = unsafe fn(&[Slab], &[u32], &Points, &mut [Row]) -> (Least, Row);
+type Pick = unsafe fn(&[u32], &[u16], u16, &mut [u32]) -> usize;
+
 /// The functions of one instruction set.
 #[derive(Clone, Copy)]
 pub struct Kernels {
-    measure: unsafe fn(&[Tri], &[u32], &Points, &mut [Row]) -> Least,
-    leaf: unsafe fn(&[Tri], &[u32], &Points) -> Row,
-    nearest: unsafe fn(&[Tri], &[u32; 16], &Points) -> Points,
-    keep: unsafe fn(&[Tri], &[u32], &[Row], &Bound, &mut [u16]),
-    survey: unsafe fn(&[Slab], &[u32], &Points, &mut [Row]) -> (Least, Row),
-    retain: unsafe fn(&[Slab], &[u32], &[Row], &Bound, &mut [u16]),
-    pick: unsafe fn(&[u32], &[u16], u16, &mut [u32]) -> usize,
+    measure: Measure,
+    leaf: Leaf,
+    nearest: Feet,
+    keep: Keep<Tri>,
+    survey: Survey,
+    retain: Keep<Slab>,
+    pick: Pick,
 }
 
 macro_rules! versions {

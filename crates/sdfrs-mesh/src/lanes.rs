@@ -188,11 +188,11 @@ mod x86 {
     }
 
     registers! { Sse41 __m128 4 [0 1 2 3]
-        _mm_set1_ps _mm_load_ps _mm_store_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_min_ps _mm_max_ps
-        _mm_and_ps _mm_blendv_ps _mm_movemask_ps _mm_cmplt_ps }
+    _mm_set1_ps _mm_load_ps _mm_store_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_min_ps _mm_max_ps
+    _mm_and_ps _mm_blendv_ps _mm_movemask_ps _mm_cmplt_ps }
     registers! { Avx2 __m256 8 [0 1]
-        _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps
-        _mm256_max_ps _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ> }
+    _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps
+    _mm256_max_ps _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ> }
 
     #[derive(Clone, Copy)]
     pub struct Avx512(__m512);
@@ -238,7 +238,9 @@ mod x86 {
         }
         #[inline(always)]
         fn by_sign(by: Self, minus: Self, plus: Self) -> Self {
-            Self(unsafe { _mm512_mask_blend_ps(_mm512_movepi32_mask(_mm512_castps_si512(by.0)), plus.0, minus.0) })
+            Self(unsafe {
+                _mm512_mask_blend_ps(_mm512_movepi32_mask(_mm512_castps_si512(by.0)), plus.0, minus.0)
+            })
         }
         #[inline(always)]
         fn less(self, o: Self) -> Self::Mask {

@@ -119,7 +119,7 @@ mod tests {
     fn the_same_on_every_instruction_set() {
         for count in [0, 1, 7, 8, 9, 15, 16, 17, 100] {
             let list: Vec<u32> = (0..count).map(|i| 1000 + i).collect();
-            let masks: Vec<u16> = (0..count).map(|i| (i * i * 40503 >> 3) as u16).collect();
+            let masks: Vec<u16> = (0..count).map(|i| ((i * i * 40503) >> 3) as u16).collect();
             for bits in [3u16, 12, 3 << 14, 0xffff, 0] {
                 let kept = list.iter().zip(&masks).filter(|(_, m)| *m & bits != 0).map(|(i, _)| *i);
                 let want: Vec<u32> = kept.collect();

@@ -50,7 +50,8 @@ impl Descent<'_> {
             return Ok(());
         }
         let masks = &arena.masks[mask..mask + list.len()];
-        let kept: Vec<u32> = list.iter().zip(masks).filter(|(_, m)| **m & open != 0).map(|(s, _)| *s).collect();
+        let kept: Vec<u32> =
+            list.iter().zip(masks).filter(|(_, m)| **m & open != 0).map(|(s, _)| *s).collect();
         let all = self.expand(&kept);
         arena.reserve(self.budget, 0, 0, all.len())?;
         self.kernels.measure(&self.tris, &all, &known.children.centre, &mut arena.rows[..all.len()]);
@@ -97,7 +98,7 @@ impl Descent<'_> {
             let mut bits = 0;
             for lane in (0..16usize).filter(|l| have >> l & 1 == 1) {
                 let next = lane + on as usize;
-                let way = (c[a].0[next] - c[a].0[lane]) * (1.0 + 1e-6) + self.slack;
+                let way = (c[a].0[next] - c[a].0[lane]) * (1.0 + 1e-6) + 4.0 * self.slack;
                 bits |= u16::from(clear[lane] + clear[next] > way) << lane;
             }
             bits

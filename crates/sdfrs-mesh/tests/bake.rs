@@ -1,5 +1,7 @@
 //! Whatever the mesh's place and size; what is refused; memory, cancelling, progress.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use std::{
@@ -32,7 +34,11 @@ fn place_and_size_change_nothing() {
     for (power, offset) in [(0, 134_217_728.0), (-66, 0.0), (66, 0.0), (-40, -8192.0)] {
         let scale = 2f64.powi(power);
         let (_, got) = dense(&moved(&mesh, scale, offset), &settings);
-        let worst = want.iter().zip(&got).map(|(w, g)| (f64::from(*w) - f64::from(*g) / scale).abs()).fold(0.0, f64::max);
+        let worst = want
+            .iter()
+            .zip(&got)
+            .map(|(w, g)| (f64::from(*w) - f64::from(*g) / scale).abs())
+            .fold(0.0, f64::max);
         assert!(worst <= 1e-6, "scale 2^{power}, offset {offset}: {worst}");
     }
 }
@@ -73,7 +79,9 @@ fn open_meshes_have_winding_numbers() {
     assert_eq!(baked.method, Method::Unsigned);
     assert!(values.iter().all(|v| *v >= 0.0));
     let sure = dense(&mesh, &Settings { confidence: true, ..settings([10; 3]) }).0.confidence.unwrap();
-    assert!(sure.len() == 1000 && sure.iter().all(|c| (0.0..=1.0).contains(c)) && sure.iter().any(|c| *c < 0.99));
+    assert!(
+        sure.len() == 1000 && sure.iter().all(|c| (0.0..=1.0).contains(c)) && sure.iter().any(|c| *c < 0.99)
+    );
 }
 
 fn refused(mesh: &Mesh, settings: &Settings) -> String {
@@ -102,7 +110,10 @@ fn what_cannot_be_baked_is_refused() {
     assert!(with(&|s| s.bounds = Some(([f64::NAN; 3], [1.0; 3]))).contains("bounds: x"));
     assert!(with(&|s| s.bounds = Some(([0.0; 3], [1e-12; 3]))).contains("bounds"));
     assert!(with(&|s| (s.sparse, s.confidence) = (true, true)).contains("confidence"));
-    let huge = Mesh { vertices: mesh.vertices.iter().map(|v| v.map(|x| x * 1e60)).collect(), faces: mesh.faces.clone() };
+    let huge = Mesh {
+        vertices: mesh.vertices.iter().map(|v| v.map(|x| x * 1e60)).collect(),
+        faces: mesh.faces.clone(),
+    };
     assert!(refused(&huge, &base).contains("32-bit floats"));
 }
 

@@ -1,5 +1,7 @@
 //! Law: every stored value is the distance of its node, up to `max_error`; brute force in f64 is the judge.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use common::*;
@@ -15,7 +17,11 @@ fn hold(name: &str, mesh: &Mesh, dims: [u32; 3], closed: bool) -> f64 {
     let side = (0..3).map(|k| baked.hi[k] - baked.lo[k]).fold(0.0, f64::max);
     let ulp = side * f64::from(f32::EPSILON);
     let (error, wrong) = compare(mesh, &baked, &values, 20_000, if closed { 2_000 } else { 0 }, ulp);
-    eprintln!("{name} {dims:?}: {:.2} ulp of the box, allowed {:.2}, {wrong} wrong", error / ulp, baked.max_error / ulp);
+    eprintln!(
+        "{name} {dims:?}: {:.2} ulp of the box, allowed {:.2}, {wrong} wrong",
+        error / ulp,
+        baked.max_error / ulp
+    );
     assert!(error <= baked.max_error, "{name} {dims:?}: {error} is more than {}", baked.max_error);
     assert!(error <= 2.0 * ulp, "{name} {dims:?}: {} ulp", error / ulp);
     assert_eq!(wrong, 0, "{name} {dims:?}: signs");
@@ -89,7 +95,11 @@ fn bounds_anywhere() {
         settings.bounds = Some((lo, hi));
         let (baked, values) = dense(&mesh, &settings);
         let (error, wrong) = compare(&mesh, &baked, &values, 3_000, 300, baked.max_error);
-        assert!(error <= baked.max_error && wrong == 0, "{lo:?}: {error} > {}, {wrong} wrong", baked.max_error);
+        assert!(
+            error <= baked.max_error && wrong == 0,
+            "{lo:?}: {error} > {}, {wrong} wrong",
+            baked.max_error
+        );
     }
 }
 
@@ -102,6 +112,10 @@ fn uneven_spacing() {
         settings.bounds = Some((lengths.map(|l: f64| -l), lengths));
         let (baked, values) = dense(&mesh, &settings);
         let (error, wrong) = compare(&mesh, &baked, &values, 3_000, 300, baked.max_error);
-        assert!(error <= baked.max_error && wrong == 0, "{lengths:?}: {error} > {}, {wrong}", baked.max_error);
+        assert!(
+            error <= baked.max_error && wrong == 0,
+            "{lengths:?}: {error} > {}, {wrong}",
+            baked.max_error
+        );
     }
 }

@@ -1,5 +1,7 @@
 //! Law: the bits depend on neither the instruction set nor the number of threads nor the run.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use common::*;

@@ -1,6 +1,8 @@
 //! Law: a sparse grid has the dense grid's nodes wherever it keeps a brick, keeps all that lie within the band, and
 //! bounds the rest from below.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // A helper that fails is a test that fails.
+
 mod common;
 
 use common::*;
@@ -25,7 +27,8 @@ fn hold(name: &str, mesh: &Mesh, settings: &Settings) {
     assert_eq!(sparse.bricks, dims.map(|n| (n - 1).div_ceil(8) as u32));
     let wide = sparse.bricks.map(|b| 8 * b + 1);
     let hi = std::array::from_fn(|k| baked.lo[k] + step[k] * f64::from(wide[k] - 1));
-    let wider = Settings { resolution: Resolution::Each(wide), bounds: Some((baked.lo, hi)), ..settings.clone() };
+    let wider =
+        Settings { resolution: Resolution::Each(wide), bounds: Some((baked.lo, hi)), ..settings.clone() };
     let (exact, values) = dense(mesh, &Settings { band: None, ..wider });
     let slack = (exact.max_error + baked.max_error) as f32;
     let value = |p: [u32; 3]| values[(p[0] + wide[0] * (p[1] + wide[1] * p[2])) as usize];
@@ -42,7 +45,10 @@ fn hold(name: &str, mesh: &Mesh, settings: &Settings) {
             let far = sparse.far[b as usize];
             for n in nodes {
                 let v = value(std::array::from_fn(|k| at[k] + n[k]));
-                assert!(far.abs() <= v.abs() + slack && v.signum() == far.signum(), "{name}: {at:?} {n:?}: {far} {v}");
+                assert!(
+                    far.abs() <= v.abs() + slack && v.signum() == far.signum(),
+                    "{name}: {at:?} {n:?}: {far} {v}"
+                );
             }
             continue;
         }

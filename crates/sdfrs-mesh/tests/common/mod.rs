@@ -36,16 +36,42 @@ fn mesh(vertices: &[DVec3], faces: Vec<[u32; 3]>) -> Mesh {
 pub fn icosphere(level: usize) -> Mesh {
     let t = (1.0 + 5f64.sqrt()) / 2.0;
     let mut v: Vec<DVec3> = [
-        [-1.0, t, 0.0], [1.0, t, 0.0], [-1.0, -t, 0.0], [1.0, -t, 0.0],
-        [0.0, -1.0, t], [0.0, 1.0, t], [0.0, -1.0, -t], [0.0, 1.0, -t],
-        [t, 0.0, -1.0], [t, 0.0, 1.0], [-t, 0.0, -1.0], [-t, 0.0, 1.0],
+        [-1.0, t, 0.0],
+        [1.0, t, 0.0],
+        [-1.0, -t, 0.0],
+        [1.0, -t, 0.0],
+        [0.0, -1.0, t],
+        [0.0, 1.0, t],
+        [0.0, -1.0, -t],
+        [0.0, 1.0, -t],
+        [t, 0.0, -1.0],
+        [t, 0.0, 1.0],
+        [-t, 0.0, -1.0],
+        [-t, 0.0, 1.0],
     ]
     .map(|p| DVec3::from_array(p).normalize())
     .to_vec();
     let mut f: Vec<[u32; 3]> = vec![
-        [0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6],
-        [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10],
-        [8, 6, 7], [9, 8, 1],
+        [0, 11, 5],
+        [0, 5, 1],
+        [0, 1, 7],
+        [0, 7, 10],
+        [0, 10, 11],
+        [1, 5, 9],
+        [5, 11, 4],
+        [11, 10, 2],
+        [10, 7, 6],
+        [7, 1, 8],
+        [3, 9, 4],
+        [3, 4, 2],
+        [3, 2, 6],
+        [3, 6, 8],
+        [3, 8, 9],
+        [4, 9, 5],
+        [2, 4, 11],
+        [6, 2, 10],
+        [8, 6, 7],
+        [9, 8, 1],
     ];
     for _ in 0..level {
         let mut middles = HashMap::new();
@@ -155,7 +181,8 @@ pub fn triangle2([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
     let over = [(a, b), (b, c), (c, a)].iter().all(|(u, v)| n.cross(*v - *u).dot(p - *u) > 0.0);
     if over && n.length_squared() > 0.0 {
         // The corner of the longest normal is as good as any; the nearest one loses the fewest digits.
-        let base = [a, b, c].into_iter().min_by(|u, v| (*u - p).length().total_cmp(&(*v - p).length())).unwrap();
+        let base =
+            [a, b, c].into_iter().min_by(|u, v| (*u - p).length().total_cmp(&(*v - p).length())).unwrap();
         let z = (p - base).dot(n.normalize());
         return edges.min(z * z);
     }
@@ -220,12 +247,22 @@ pub fn node(baked: &Baked, i: [u64; 3]) -> DVec3 {
 }
 
 /// The worst error over `count` nodes, and how many signs are wrong where |d| > `sure`; signs for closed meshes only.
-pub fn compare(mesh: &Mesh, baked: &Baked, values: &[f32], count: usize, signs: usize, sure: f64) -> (f64, usize) {
+pub fn compare(
+    mesh: &Mesh,
+    baked: &Baked,
+    values: &[f32],
+    count: usize,
+    signs: usize,
+    sure: f64,
+) -> (f64, usize) {
     let oracle = Oracle::new(mesh);
     let mut random = Random(3);
     let [nx, ny, nz] = baked.dims;
     let picks: Vec<[u64; 3]> = (0..count)
-        .map(|_| [random.below(nx as usize), random.below(ny as usize), random.below(nz as usize)].map(|i| i as u64))
+        .map(|_| {
+            [random.below(nx as usize), random.below(ny as usize), random.below(nz as usize)]
+                .map(|i| i as u64)
+        })
         .collect();
     picks
         .par_iter()
