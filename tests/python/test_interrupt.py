@@ -27,9 +27,9 @@ CALLS = {
 }
 # Triangles all over the box: nothing is far from any, so nothing can be skipped.
 NEEDLES = (
-    np.random.default_rng(2).uniform(-1, 1, (100_000, 3)).repeat(3, axis=0)
-    + np.random.default_rng(3).normal(scale=0.05, size=(300_000, 3)),
-    np.arange(300_000).reshape(-1, 3),
+    np.random.default_rng(2).uniform(-1, 1, (30_000, 3)).repeat(3, axis=0)
+    + np.random.default_rng(3).normal(scale=0.05, size=(90_000, 3)),
+    np.arange(90_000).reshape(-1, 3),
 )
 POINTS = np.random.default_rng(1).uniform(-2, 2, (6_000_000, 3))
 

@@ -73,7 +73,7 @@ pub fn bake(shape: &Shape, plan: &Plan, most_bytes: u64, control: &Control) -> R
         Some(band) => job.sparse(lip, band, most_bytes)?,
     };
     // Rounding of the evaluation itself is far below that of the samples.
-    let lipschitz = (lip.is_finite() && lip > 0.0).then(|| lip * (1.0 + 1e-9));
+    let lipschitz = (lip.is_finite() && lip > 0.0).then_some(lip * (1.0 + 1e-9));
     let claim = Claim { lipschitz, max_error: error };
     Grid::until(store, plan.dims, plan.lo, plan.hi, claim, &|| control.is_cancelled())
 }

@@ -193,12 +193,12 @@ pub fn texture_layers<'py>(
     }
 }
 
+type Numbers<'py> = Bound<'py, PyArray1<f32>>;
+type Table<'py> = (Bound<'py, PyArray1<u32>>, Numbers<'py>, Option<Numbers<'py>>);
+
 /// Where a sparse texture's bricks are, what the others hold, and the scales of bytes.
 #[pyfunction]
-pub fn texture_table<'py>(
-    py: Python<'py>,
-    node: &Bound<'py, Node>,
-) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<f32>>, Option<Bound<'py, PyArray1<f32>>>)> {
+pub fn texture_table<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<Table<'py>> {
     let bricks = sparse(node.get())?;
     let scale = match bricks.nodes() {
         BrickValues::U8 { scale, .. } => Some(flat(py, scale.to_vec())),
@@ -227,10 +227,7 @@ pub fn texture_nodes<'py>(
 
 /// Slope bounds of the bricks, flat, and the bricks along x, y, z.
 #[pyfunction]
-pub fn texture_slopes<'py>(
-    py: Python<'py>,
-    node: &Bound<'py, Node>,
-) -> PyResult<(Bound<'py, PyArray1<f32>>, [usize; 3])> {
+pub fn texture_slopes<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<(Numbers<'py>, [usize; 3])> {
     let (slopes, _) = node.get().grid()?.brick_slopes();
     Ok((flat(py, slopes.to_vec()), bricks_along(node.get().grid()?.dims())))
 }

@@ -134,7 +134,7 @@ impl Bricks {
                 self.far.len()
             ));
         }
-        if self.nodes.len() % BLOCK != 0 {
+        if !self.nodes.len().is_multiple_of(BLOCK) {
             return bad(format!("got {} nodes, allowed: {BLOCK} for each kept brick", self.nodes.len()));
         }
         let kept = self.kept();

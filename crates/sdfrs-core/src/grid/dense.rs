@@ -99,6 +99,16 @@ impl GridValues {
         }
     }
 
+    /// Whether a value on the grid's faces is below 0.
+    pub(super) fn cut(&self, [nx, ny, nz]: [usize; 3]) -> bool {
+        let below = |x: usize, y: usize, z: usize| self.at::<f64>(x + nx * (y + ny * z)) < 0.0;
+        let mut rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
+        rows.any(|(y, z)| {
+            let whole = y == 0 || y == ny - 1 || z == 0 || z == nz - 1;
+            if whole { (0..nx).any(|x| below(x, y, z)) } else { below(0, y, z) || below(nx - 1, y, z) }
+        })
+    }
+
     /// Rounded to halves, and the largest error that made; an error where a value is too large.
     pub fn to_f16(&self) -> Result<(GridValues, f64), SceneError> {
         let mut worst = 0f64;

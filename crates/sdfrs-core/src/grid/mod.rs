@@ -84,6 +84,8 @@ pub struct Grid {
     claim: Claim,
     slopes: Slopes,
     stepping: Stepping,
+    /// A solid reaches the box's faces, where it ends: the field jumps there.
+    cut: bool,
 }
 
 impl Grid {
@@ -141,7 +143,8 @@ impl Grid {
         if stop() {
             return bad("cancelled".into());
         }
-        Ok(Self { store, dims, lo, hi, spacing, claim, slopes, stepping: Stepping::Safe })
+        let cut = matches!(&store, Store::Dense(values) if values.cut(dims));
+        Ok(Self { store, dims, lo, hi, spacing, claim, slopes, stepping: Stepping::Safe, cut })
     }
 
     /// The same samples, walked by another rule.
@@ -190,10 +193,11 @@ impl Grid {
     pub fn band(&self) -> f64 {
         self.bricks().map_or(f64::INFINITY, |b| b.band().into())
     }
-    /// Slope of what a walk sees, infinite where values or steps jump (sparse grids, per-brick rules):
+    /// Slope of what a walk sees, infinite where values or steps jump (sparse grids, per-brick rules, solids that the box cuts):
     /// what may be concluded from one sample about its neighbourhood.
     pub fn strict_slope(&self, step: Step) -> f64 {
-        let jumps = self.bricks().is_some() || (step != Step::Raw && self.stepping != Stepping::Safe);
+        let jumps =
+            self.cut || self.bricks().is_some() || (step != Step::Raw && self.stepping != Stepping::Safe);
         let Slopes { whole, a, s, .. } = self.slopes;
         match step {
             _ if jumps => f64::INFINITY,

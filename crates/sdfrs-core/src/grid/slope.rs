@@ -76,18 +76,18 @@ pub fn measure(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Slopes {
     let count = bricks_along(dims);
-    let all: Vec<Option<Found>> = match (store, claim.lipschitz) {
+    let (mut bricks, most) = match (store, claim.lipschitz) {
         // Unclaimed grids are measured in f64 whatever they are stored as: their slopes decide steps.
         (Store::Dense(_), None) | (Store::Dense(GridValues::F64(_)), _) => {
             survey::<f64>(store, dims, spacing, true, stop)
         }
         (_, known) => survey::<f32>(store, dims, spacing, known.is_none(), stop),
     };
-    let most = all.iter().flatten().fold(Found::default(), |a, b| a.with(*b));
     let (a, s, gap, whole) = rules(store, spacing, claim, most);
     let up = |v: f64| (v as f32).next_up();
-    let bricks: Vec<f32> =
-        all.iter().map(|f| f.map_or(up(a), |f| up(f.steep.sqrt().min(a)).max(f32::MIN_POSITIVE))).collect();
+    for b in &mut bricks {
+        *b = if *b < 0.0 { up(a) } else { b.min(up(a)).max(f32::MIN_POSITIVE) };
+    }
     let near = spread(&bricks, count);
     Slopes { whole, a, s, gap, bricks: Arc::new(bricks), near: Arc::new(near) }
 }
@@ -113,24 +113,31 @@ fn rules(store: &Store, h: [f64; 3], claim: &Claim, most: Found) -> (f64, f64, f
     (a, s, diagonal + noise / s, whole)
 }
 
-/// Each brick's largest slopes; None where it keeps no samples.
+/// Each brick's slope, below 0 where it keeps no samples, and the largest slopes of all.
 fn survey<T: Scalar>(
     store: &Store,
     dims: [usize; 3],
     spacing: [f64; 3],
     pairs: bool,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<Option<Found>> {
+) -> (Vec<f32>, Found) {
     let count = bricks_along(dims);
     let inverse = Inverse::<T>::new(spacing);
-    let one = |block: &mut Vec<T>, i: usize| {
+    let one = |block: &mut Vec<T>, (i, out): (usize, &mut f32)| {
         let at = [i % count[0], i / count[0] % count[1], i / count[0] / count[1]];
-        (!stop() && fill(store, dims, at, i, block)).then(|| inverse.steepest(block, pairs))
+        if stop() || !fill(store, dims, at, i, block) {
+            return Found::default();
+        }
+        let found = inverse.steepest(block, pairs);
+        *out = (found.steep.sqrt() as f32).next_up();
+        found
     };
-    let total: usize = count.iter().product();
-    pool::install(|| {
-        (0..total).into_par_iter().map_init(|| vec![T::of(0.0); BLOCK], |block, i| one(block, i)).collect()
-    })
+    let mut out = vec![-1f32; count.iter().product()];
+    let most = pool::install(|| {
+        let bricks = out.par_iter_mut().enumerate();
+        bricks.map_init(|| vec![T::of(0.0); BLOCK], one).reduce(Found::default, Found::with)
+    });
+    (out, most)
 }
 
 /// The brick's nodes; beyond the grid its last ones again, so that no slope is added. False: not kept.

@@ -343,7 +343,8 @@ fn bad_bricks_are_refused() {
     let BrickValues::F32(nodes) = good.nodes().clone() else { unreachable!() };
     let nodes = nodes.to_vec();
     type Parts = (Vec<u32>, Vec<f32>, Vec<f32>);
-    let spoil: [(&str, fn(&mut Parts)); 6] = [
+    type Spoil = (&'static str, fn(&mut Parts));
+    let spoil: [Spoil; 6] = [
         ("table", |p| {
             p.0.pop();
         }),
@@ -372,11 +373,13 @@ fn bad_bricks_are_refused() {
 #[test]
 fn flat_fields_are_walked_in_numbers() {
     let n = [12; 3];
+    // The first fills the box, whose faces are then the surface.
     for (slope, level) in [(1.0, -1.0), (0.25, 0.3), (1.0, 3.0)] {
         let field = |p: [f64; 3]| level + 0.25 * slope * p[0];
         let claim = Claim { lipschitz: Some(slope), max_error: 0.0 };
         let grid = make(Store::Dense(GridValues::F64(dense(n, field).into())), n, claim);
         let flat = make(Store::Dense(GridValues::F64(dense(n, |_| level).into())), n, claim);
+        assert_eq!(grid.strict_slope(Step::Raw).is_infinite(), level < 0.0);
         let mut random = Random(8);
         for _ in 0..500 {
             let (p, d) = (random.point(1.4), random.point(0.05));
