@@ -213,6 +213,8 @@ class Stats:
 
 
 def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
     return f"{value:.4g}" if isinstance(value, float) else f"{value:,}"
 
 

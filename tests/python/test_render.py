@@ -230,7 +230,8 @@ def test_a_fitted_camera_beyond_t_max_says_so():
 def test_stats_equal_the_picture(tracer):
     scene = sdfrs.load("csg")
     cam = scene.camera.resized(64, 36)
-    st, img = sdfrs.trace_stats(scene, cam, tracer=tracer), sdfrs.render(scene, cam, tracer=tracer)
+    # Pictures may skip empty cells, which takes fewer steps; measurements don't.
+    st, img = sdfrs.trace_stats(scene, cam, tracer=tracer), sdfrs.render(scene, cam, tracer=tracer, prune="exact")
     for name in ("status", "steps", "fallbacks", "multiplier", "depth"):
         np.testing.assert_array_equal(getattr(st, name), getattr(img, name), err_msg=name)
     assert st.settings.tracer == tracer and img.settings.tracer == tracer

@@ -122,9 +122,12 @@ fn grazes<T: Native>(a: &Hits<T>, b: &Hits<T>, i: usize) -> bool {
     [a, b].iter().any(|h| h.status[i] == Status::OutOfSteps as u8 || h.distance[i].f64().abs() <= 4e-4)
 }
 
-/// Operations of programs alone: on pictures this small the probes outweigh them.
+/// Operations for the steps alone: on pictures this small the probes and the empty lanes outweigh them.
 fn operations<T: Native>(hits: &Hits<T>) -> u64 {
-    hits.work.lengths.iter().map(|(ops, n)| ops * n).sum()
+    let run: u64 = hits.work.lengths.iter().map(|(ops, n)| ops * n).sum();
+    let lanes: u64 = hits.work.lengths.values().sum();
+    let steps: u64 = hits.steps.iter().map(|n| u64::from(*n)).sum();
+    run * steps / lanes.max(1)
 }
 
 fn compare<T: Native>(seed: u64, scenes: usize) -> Saved {

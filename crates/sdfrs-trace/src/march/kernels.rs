@@ -3,7 +3,7 @@
 //! Law: the bits are those of a ray alone, on every instruction set (tests/laws).
 
 use sdfrs_core::{
-    Real, Status,
+    Real, Scalar, Status,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
     eval::{Kernel, Lanes as Pack, Native},
 };
@@ -43,14 +43,17 @@ impl<T: Native, S: Sink<T>> Kernel for Jump<'_, T, S> {
                 let column = &mut column[lanes.clone()];
                 T::Lanes::select_lt(ask, to, value, T::Lanes::load(column)).store(column);
             }
-            let mut near = T::INFINITY;
-            for lane in lanes {
-                if self.swarm.ask[lane] >= self.swarm.t_max[lane] && self.swarm.ask[lane] == self.to {
-                    self.swarm.pass(lane, self.sink);
+            let ends = T::Lanes::load(&sw.t_max[lanes.clone()]);
+            // Some ray may have passed everything; a negative `to` is rare enough to be looked at as well.
+            if T::Lanes::any_lt(ends, to + to.abs() * T::Lanes::splat(T::EPS)) || self.to <= T::of(0.0) {
+                for lane in lanes.clone() {
+                    if self.swarm.ask[lane] >= self.swarm.t_max[lane] && self.swarm.ask[lane] == self.to {
+                        self.swarm.pass(lane, self.sink);
+                    }
                 }
-                near = near.min(self.swarm.ask[lane]);
             }
-            self.swarm.near[pack] = near;
+            let sw = &mut *self.swarm;
+            sw.near[pack] = least(T::Lanes::load(&sw.ask[lanes]));
         }
     }
 }
@@ -98,94 +101,112 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, T, R, S> {
     }
 }
 
+/// The pack that begins at a lane. No closure: one that isn't inlined is compiled for the baseline.
+#[inline(always)]
+fn load<P: Pack>(column: &[P::S], lane: usize) -> P {
+    P::load(&column[lane..lane + P::WIDTH])
+}
+
+/// Adds the truth values of a pack to counts.
+#[inline(always)]
+fn count<P: Pack>(counts: &mut [u32], truth: P) {
+    let mut flags = [P::S::of(0.0); WIDEST];
+    truth.store(&mut flags);
+    let half = P::S::of(0.5);
+    for (n, flag) in counts.iter_mut().zip(&flags) {
+        *n += u32::from(half < *flag);
+    }
+}
+
+/// Least lane, by halves: a chain of sixteen comparisons would take as long as the step itself.
+#[inline(always)]
+pub fn least<P: Pack>(pack: P) -> P::S {
+    let mut lanes = [P::S::INFINITY; WIDEST];
+    pack.store(&mut lanes);
+    let mut half = WIDEST / 2;
+    while half > 0 {
+        for l in 0..half {
+            lanes[l] = Real::min(lanes[l], lanes[l + half]);
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
+
 impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
     #[inline(always)]
     fn pack(&mut self, j: usize) {
         let w = T::Lanes::WIDTH;
         let (i, j) = (self.picked.packs[j] as usize * w, j * w);
-        let at = |column: &Vec<T>| T::Lanes::load(&column[i..i + w]);
         let sw = &mut *self.swarm;
-        let (t, t_max) = (at(&sw.ask), at(&sw.t_max));
+        let (t, t_max) = (load::<T::Lanes>(&sw.ask, i), load::<T::Lanes>(&sw.t_max, i));
         let near = T::Lanes::select_lt(t, T::Lanes::splat(self.until), T::Lanes::c(1.0), T::Lanes::c(0.0));
-        let on = at(&sw.live) * near;
-        let p: [T::Lanes; 3] = std::array::from_fn(|a| T::Lanes::load(&self.p[a][j..j + w]));
-        let scale = t.abs().max(p[0].abs()).max(p[1].abs()).max(p[2].abs());
+        let on = load::<T::Lanes>(&sw.live, i) * near;
+        let [x, y, z] = self.p;
+        let (x, y, z): (T::Lanes, T::Lanes, T::Lanes) = (load(x, j), load(y, j), load(z, j));
+        let scale = t.abs().max(x.abs()).max(y.abs()).max(z.abs());
         let asked = T::Lanes::splat(self.limit.eps).max(T::Lanes::splat(self.limit.cone) * t);
         let e = asked.max(T::Lanes::c(4.0) * T::Lanes::splat(T::EPS) * scale);
-        let samples = Samples { t, r: T::Lanes::load(&self.r[j..j + w]), e, scale };
+        let samples = Samples { t, r: load(self.r, j), e, scale };
         let mut lanes = Lanes {
-            t: at(&sw.t),
-            r: at(&sw.r),
-            z: at(&sw.z),
-            m: at(&sw.m),
-            ratios: at(&sw.ratios),
-            witness: at(&sw.witness),
+            t: load::<T::Lanes>(&sw.t, i),
+            r: load::<T::Lanes>(&sw.r, i),
+            z: load::<T::Lanes>(&sw.z, i),
+            m: load::<T::Lanes>(&sw.m, i),
+            ratios: load::<T::Lanes>(&sw.ratios, i),
+            witness: load::<T::Lanes>(&sw.witness, i),
         };
         let verdict = step(self.rule, &mut lanes, &samples, t_max, on);
-        let next = (lanes.t + lanes.z).min(t_max);
-        let half = T::Lanes::c(0.5);
-        let columns = [
-            (&mut sw.ask, T::Lanes::select_lt(half, on, next, t)),
-            (&mut sw.t, lanes.t),
-            (&mut sw.r, lanes.r),
-            (&mut sw.z, lanes.z),
-            (&mut sw.m, lanes.m),
-            (&mut sw.ratios, lanes.ratios),
-            (&mut sw.witness, lanes.witness),
-        ];
-        for (column, value) in columns {
-            value.store(&mut column[i..i + w]);
-        }
-        let mut flags = [[T::of(0.0); WIDEST]; 3];
-        on.store(&mut flags[0]);
-        verdict.accepted.store(&mut flags[1]);
-        verdict.fallback.store(&mut flags[2]);
-        let half = T::of(0.5);
-        for (counts, flags) in [&mut sw.accepted, &mut sw.fallbacks].into_iter().zip(&flags[1..]) {
-            for (n, flag) in counts[i..i + w].iter_mut().zip(flags) {
-                *n += u32::from(half < *flag);
-            }
-        }
+        // One by one: an array of packs would live in memory.
+        lanes.t.store(&mut sw.t[i..i + w]);
+        lanes.r.store(&mut sw.r[i..i + w]);
+        lanes.z.store(&mut sw.z[i..i + w]);
+        lanes.m.store(&mut sw.m[i..i + w]);
+        lanes.ratios.store(&mut sw.ratios[i..i + w]);
+        lanes.witness.store(&mut sw.witness[i..i + w]);
+        count(&mut sw.accepted[i..i + w], verdict.accepted);
+        count(&mut sw.fallbacks[i..i + w], verdict.fallback);
+        let steps = &mut sw.steps[i..i + w];
+        count(steps, on);
         let mut spent = false;
-        for (n, flag) in sw.steps[i..i + w].iter_mut().zip(&flags[0]) {
-            *n += u32::from(half < *flag);
+        for n in steps.iter() {
             spent |= *n >= self.max_steps;
         }
         if spent || T::Lanes::any_lt(T::Lanes::c(0.5), verdict.code) {
-            self.ends(i, &samples, asked, on, verdict.code);
+            self.ends(i, j, on, verdict.code);
         }
-        let asks = &self.swarm.ask[i..i + w];
-        self.swarm.near[i / w] = asks.iter().fold(T::INFINITY, |near, t| near.min(*t));
+        // Rays that ended ask nowhere.
+        let sw = &mut *self.swarm;
+        let half = T::Lanes::c(0.5);
+        let next = T::Lanes::select_lt(half, on, (lanes.t + lanes.z).min(t_max), t);
+        let live = T::Lanes::load(&sw.live[i..i + w]);
+        let ask = T::Lanes::select_lt(half, live, next, T::Lanes::splat(T::INFINITY));
+        ask.store(&mut sw.ask[i..i + w]);
+        sw.near[i / w] = least(ask);
     }
 
     /// Rays of a pack that end here, lane by lane.
     #[inline(never)]
-    fn ends(&mut self, i: usize, s: &Samples<T::Lanes>, asked: T::Lanes, on: T::Lanes, ends: T::Lanes) {
+    fn ends(&mut self, i: usize, j: usize, on: T::Lanes, ends: T::Lanes) {
         let half = T::of(0.5);
-        let [mut t, mut r, mut e, mut low, mut ons, mut codes] = [[T::of(0.0); WIDEST]; 6];
-        for (pack, to) in [
-            (s.t, &mut t),
-            (s.r, &mut r),
-            (s.e, &mut e),
-            (asked, &mut low),
-            (on, &mut ons),
-            (ends, &mut codes),
-        ] {
-            pack.store(to);
-        }
+        let [mut ons, mut codes] = [[T::of(0.0); WIDEST]; 2];
+        on.store(&mut ons);
+        ends.store(&mut codes);
         for l in 0..T::Lanes::WIDTH {
             let (lane, code) = (i + l, codes[l].f64());
-            let spent = self.swarm.steps[lane] >= self.max_steps;
-            if half < ons[l] && (code != 0.0 || spent) {
-                self.end(lane, code, (t[l], r[l]), (e[l], low[l]));
+            if half < ons[l] && (code != 0.0 || self.swarm.steps[lane] >= self.max_steps) {
+                let (t, r) = (self.swarm.ask[lane], self.r[j + l]);
+                let scale = self.p.iter().fold(t.abs(), |s, p| s.max(p[j + l].abs()));
+                let asked = self.limit.eps.max(self.limit.cone * t);
+                let e = asked.max(T::of(4.0) * T::EPS * scale);
+                self.end(lane, code, (t, r), (e, asked));
             }
         }
     }
 
     fn end(&mut self, lane: usize, code: f64, (t, r): (T, T), (e, asked): (T, T)) {
         let sw = &mut *self.swarm;
-        // An empty lane asks for a sample where no scene is.
-        (sw.live[lane], sw.ask[lane]) = (T::of(0.0), T::INFINITY);
+        sw.live[lane] = T::of(0.0);
         sw.alive -= 1;
         let id = sw.id[lane];
         let mut tally = sw.tally(lane, 0);

@@ -10,7 +10,7 @@ use sdfrs_core::{
 
 use super::{
     Ray, Threshold,
-    kernels::{Jump, Points, Step},
+    kernels::{Jump, Points, Step, least},
 };
 use crate::tracer::{
     guarded::{Bracket, Rule},
@@ -85,12 +85,13 @@ impl<T: Native> Swarm<T> {
     /// A ray more.
     #[inline]
     pub fn push(&mut self, ray: &Ray<T>, id: u32) {
-        for a in 0..3 {
-            self.origin[a].push(ray.origin[a]);
-            self.direction[a].push(ray.direction[a]);
+        let [ox, oy, oz] = &mut self.origin;
+        let [dx, dy, dz] = &mut self.direction;
+        let columns = [ox, oy, oz, dx, dy, dz, &mut self.t_max, &mut self.ask];
+        let ([a, b, c], [d, e, f]) = (ray.origin, ray.direction);
+        for (column, v) in columns.into_iter().zip([a, b, c, d, e, f, ray.t_max, ray.t_min]) {
+            column.push(v);
         }
-        self.t_max.push(ray.t_max);
-        self.ask.push(ray.t_min);
         self.id.push(id);
     }
 
@@ -124,8 +125,7 @@ impl<T: Native> Swarm<T> {
             counts.resize(to, 0);
         }
         self.near.clear();
-        self.near
-            .extend(self.ask.chunks(Self::WIDTH).map(|pack| pack.iter().copied().fold(T::INFINITY, T::min)));
+        self.near.extend(self.ask.chunks(Self::WIDTH).map(|pack| least(T::Lanes::load(pack))));
     }
 
     pub fn alive(&self) -> usize {
