@@ -29,7 +29,7 @@ RUST = (1, 89)
 # Installed by group and only when a command needs the group: a first demo should not wait for linters.
 TOOLS = {
     "run": ["maturin>=1.10,<2", "numpy>=1.23", "Pillow>=9.1", "tqdm>=4.60"],
-    "test": ["pytest>=7.4", "hypothesis>=6.80"],
+    "test": ["pytest>=7.4", "hypothesis>=6.80", "trimesh>=4"],
     "lint": ["ruff>=0.6", "mypy>=1.10"],
     "package": ["twine>=6.1", "packaging>=24.2"],
 }

@@ -81,7 +81,8 @@ def test_inputs_of_every_kind_agree(tmp_path):
 
 
 def test_a_trimesh_is_taken():
-    trimesh = pytest.importorskip("trimesh")
+    import trimesh
+
     box = trimesh.creation.box()
     tex = sdfrs.mesh_to_sdf_texture(box, resolution=16)
     assert tex.report.watertight and tex.report.faces == 12

@@ -50,6 +50,17 @@ impl Row {
         (0..self.len).find(|&i| self.edges[i] <= t && t < self.edges[i + 1])
     }
 
+    /// Whether nothing is in slab `i`.
+    fn is_clear(&self, i: usize) -> bool {
+        self.clear_to[i] > self.edges[i]
+    }
+
+    /// The clear stretch that slab `i` belongs to.
+    fn clear(&self, i: usize) -> (f64, f64) {
+        let first = (0..i).rev().take_while(|&before| self.is_clear(before)).last().unwrap_or(i);
+        (self.edges[first], self.clear_to[i])
+    }
+
     /// Probes the slabs between the edges.
     fn look(&mut self, part: &Part, beam: &Beam, limit: &Threshold<f64>, skip: bool) {
         let cells: [_; CELLS] = std::array::from_fn(|i| {
@@ -76,8 +87,8 @@ impl Row {
 
 /// What to do with rays that ask for a sample somewhere.
 pub enum Found<'a, T: Native> {
-    /// Nothing is there: on to this depth.
-    Empty(f64),
+    /// Nothing is there, from the first depth to the second.
+    Empty(f64, f64),
     /// Up to this depth this program has the field's values.
     Program(f64, &'a Program<T>),
     /// Only the whole field does.
@@ -150,17 +161,18 @@ impl<T: Native> Cells<T> {
                         None => return Found::Whole,
                     },
                 };
-                let clear_to = self.rows[row].0.clear_to[slab];
-                if clear_to > t {
-                    return Found::Empty(clear_to);
+                if self.rows[row].0.is_clear(slab) {
+                    let (from, to) = self.rows[row].0.clear(slab);
+                    return Found::Empty(from, to);
                 }
                 self.refine(pruner, row, slab);
                 let Some(cell) = self.fine.find(t) else { return Found::Whole };
                 cell
             }
         };
-        if self.fine.clear_to[cell] > t {
-            return Found::Empty(self.fine.clear_to[cell]);
+        if self.fine.is_clear(cell) {
+            let (from, to) = self.fine.clear(cell);
+            return Found::Empty(from, to);
         }
         if !self.fine.made[cell] {
             self.fine.made[cell] = true;

@@ -12,10 +12,11 @@ use super::{
     Threshold,
     swarm::{Crossing, Picked, Sink, Swarm, WIDEST},
 };
-use crate::tracer::guarded::{Bracket, Lanes, Rule, Samples, code, step};
+use crate::tracer::guarded::{Bracket, Lanes, Rule, Samples, code, pick, step};
 
 pub struct Jump<'a, T, S> {
     pub swarm: &'a mut Swarm<T>,
+    pub from: T,
     pub to: T,
     pub sink: &'a mut S,
 }
@@ -24,25 +25,25 @@ impl<T: Native, S: Sink<T>> Kernel for Jump<'_, T, S> {
     #[inline(always)]
     fn run(self) {
         let (w, zero) = (T::Lanes::WIDTH, T::Lanes::c(0.0));
-        let to = T::Lanes::splat(self.to);
+        let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
         for pack in 0..self.swarm.near.len() {
             if !(self.swarm.near[pack] < self.to) {
                 continue;
             }
             let sw = &mut *self.swarm;
             let lanes = pack * w..(pack + 1) * w;
-            let ask = T::Lanes::load(&sw.ask[lanes.clone()]);
-            let fresh = [
-                (&mut sw.ask, to),
-                (&mut sw.t, to),
-                (&mut sw.r, zero),
-                (&mut sw.z, zero),
-                (&mut sw.m, T::Lanes::c(-1.0)),
-            ];
-            for (column, value) in fresh {
-                let column = &mut column[lanes.clone()];
-                T::Lanes::select_lt(ask, to, value, T::Lanes::load(column)).store(column);
-            }
+            let i = pack * w;
+            let (ask, t, r) = (load(&sw.ask, i), load::<T::Lanes>(&sw.t, i), load::<T::Lanes>(&sw.r, i));
+            let (z, m) = (load::<T::Lanes>(&sw.z, i), load::<T::Lanes>(&sw.m, i));
+            let one = T::Lanes::c(1.0);
+            let asks = T::Lanes::select_lt(ask, to, one, zero);
+            let reaches = asks * T::Lanes::select_lt(t + r, from, zero, one);
+            let plain = asks - reaches;
+            pick(reaches, to, pick(plain, t + r, ask)).store(&mut sw.ask[lanes.clone()]);
+            pick(reaches, to, t).store(&mut sw.t[lanes.clone()]);
+            pick(reaches, zero, r).store(&mut sw.r[lanes.clone()]);
+            pick(reaches, zero, pick(plain, r, z)).store(&mut sw.z[lanes.clone()]);
+            pick(reaches, T::Lanes::c(-1.0), m).store(&mut sw.m[lanes.clone()]);
             let ends = T::Lanes::load(&sw.t_max[lanes.clone()]);
             // Some ray may have passed everything; a negative `to` is rare enough to be looked at as well.
             if T::Lanes::any_lt(ends, to + to.abs() * T::Lanes::splat(T::EPS)) || self.to <= T::of(0.0) {

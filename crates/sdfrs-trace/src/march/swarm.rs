@@ -185,9 +185,11 @@ impl<T: Native> Swarm<T> {
         picked.packs.extend((0u32..).zip(&self.near).filter(|(_, near)| **near < until).map(|(i, _)| i));
     }
 
-    /// Rays that ask for a sample before `to` start anew there: nothing lies in between.
-    pub fn jump(&mut self, to: T, sink: &mut impl Sink<T>) {
-        vectorise(Jump { swarm: self, to, sink });
+    /// Nothing lies from `from` to `to`: rays whose own ball reaches there and that ask for a sample before
+    /// its end start anew at the end. A longer step tried into it proves nothing of what it left out: such
+    /// rays take the plain step first.
+    pub fn jump(&mut self, from: T, to: T, sink: &mut impl Sink<T>) {
+        vectorise(Jump { swarm: self, from, to, sink });
         self.tidy();
     }
 

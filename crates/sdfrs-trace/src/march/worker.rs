@@ -141,8 +141,8 @@ impl<T: Native> Worker<T> {
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
             let (until, field): (T, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
-                Found::Empty(to) if T::of(to) > near => {
-                    swarm.jump(T::of(to), out);
+                Found::Empty(from, to) if T::of(to) > near => {
+                    swarm.jump(T::of(from), T::of(to), out);
                     continue;
                 }
                 Found::Program(until, program) if T::of(until) > near => (T::of(until), program),

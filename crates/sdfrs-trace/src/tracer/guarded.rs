@@ -71,7 +71,7 @@ fn lt<R: Real>(a: R, b: R) -> R {
 }
 /// `x` where the truth value holds, else `y`.
 #[inline(always)]
-fn pick<R: Real>(truth: R, x: R, y: R) -> R {
+pub fn pick<R: Real>(truth: R, x: R, y: R) -> R {
     R::select_lt(R::c(0.5), truth, x, y)
 }
 #[inline(always)]
