@@ -199,7 +199,7 @@ def test(_: argparse.Namespace, rest: list[str]) -> None:
     need_cargo()
     ensure_vulkan()
     # The bindings have no Rust tests: linking them outside Python is trouble for nothing.
-    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", check=False)
+    rust = run("cargo", "test", "--workspace", "--exclude", "sdfrs-py", "--no-fail-fast", check=False)
     python = run(PYTHON, "-m", "pytest", *(rest or ["tests/python"]), check=False)
     parts = [name for name, code in (("cargo test", rust), ("pytest", python)) if code]
     if parts:

@@ -39,7 +39,7 @@ def main() -> None:
     maps = []
     vmax = None
     for tracer in TRACERS:
-        image = sdfrs.render(scene, camera, tracer=tracer)
+        image = sdfrs.render(scene, camera, tracer=tracer, prune="off")
         s = image.summary
         # One scale for all, so that the maps compare.
         vmax = vmax or float(max(s.p99_steps, 2))

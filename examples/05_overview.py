@@ -13,7 +13,7 @@ village = sdfrs.load("village")
 assert village.camera is not None
 picture = sdfrs.render(village, village.camera.resized(960, 540)).to_pil()
 maps = [
-    sdfrs.render(village, village.camera.resized(480, 270), tracer=name).heatmap("steps", vmax=90)
+    sdfrs.render(village, village.camera.resized(480, 270), tracer=name, prune="off").heatmap("steps", vmax=90)
     for name in ("basic", "auto_relaxed")
 ]
 sheet = Image.new("RGB", (960, 540 + maps[0].height), "white")

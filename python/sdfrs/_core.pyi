@@ -10,14 +10,26 @@ from typing import Any, Final, SupportsFloat, SupportsIndex, final
 __all__ = [
     "__version__",
     "Node",
+    "Triangles",
     "adapters",
     "camera_check",
     "camera_rays",
+    "memory_for_samples",
+    "mesh_to_texture",
     "render",
     "scene_from_json",
     "scene_to_json",
     "set_threads",
     "simd_level",
+    "texture_changed",
+    "texture_dense",
+    "texture_facts",
+    "texture_layers",
+    "texture_nodes",
+    "texture_of_shape",
+    "texture_slopes",
+    "texture_sparse",
+    "texture_table",
     "threads",
     "trace",
     "trace_camera",
@@ -75,6 +87,26 @@ class Node:
         Values at points, (N, 3) -> (N,).
         """
 
+@final
+class Triangles:
+    """
+    Triangles that Python holds on to.
+    """
+    @property
+    def faces(self, /) -> int: ...
+    @staticmethod
+    def of_arrays(vertices: Incomplete, corners: Incomplete, counts: Any) -> Triangles:
+        """
+        Vertices (N, 3), and faces as the vertices of all polygons one after the other, with each one's count.
+        """
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Triangles:
+        """
+        Triangles of a file; the ending of its name says the format.
+        """
+    @property
+    def vertices(self, /) -> int: ...
+
 def adapters() -> list[dict[str, Any]]:
     """
     Name, kind, driver, backend, limits and faults of every GPU; the place in the list is its number.
@@ -90,6 +122,16 @@ def camera_rays(camera: Incomplete, precision: str) -> tuple[Any, Any]:
     Origins and directions of all rays, (H*W, 3) each.
     """
 
+def memory_for_samples() -> int:
+    """
+    Bytes that samples may take: half of the memory.
+    """
+
+def mesh_to_texture(triangles: Triangles, settings: Incomplete, progress: Any | None) -> tuple[Node, dict[str, Any]]:
+    """
+    Bakes triangles; returns the texture and what was found, by the names of `sdfrs.MeshReport`.
+    """
+
 def render(
     node: Node,
     camera: Incomplete,
@@ -102,6 +144,7 @@ def render(
     eps: SupportsFloat | SupportsIndex,
     cone: SupportsFloat | SupportsIndex,
     max_steps: SupportsIndex,
+    prune: str,
     precision: str,
     device: str,
     strict: bool,
@@ -145,58 +188,6 @@ def simd_level() -> str:
     The widest instruction set of this processor that the evaluator knows.
     """
 
-def threads() -> int:
-    """
-    Threads in use.
-    """
-
-def trace(
-    node: Node,
-    tracer: str,
-    parts: dict[str, Any],
-    origins: Any,
-    directions: Any,
-    t_min: Any,
-    t_max: Any,
-    eps: SupportsFloat | SupportsIndex,
-    cone: SupportsFloat | SupportsIndex,
-    max_steps: SupportsIndex,
-    device: str,
-    strict: bool,
-    progress: Any | None,
-) -> dict[str, Any]:
-    """
-    Traces rays given as (N, 3) arrays of one precision.
-    """
-
-def trace_camera(
-    node: Node,
-    camera: Incomplete,
-    tracer: str,
-    parts: dict[str, Any],
-    t_max: SupportsFloat | SupportsIndex,
-    eps: SupportsFloat | SupportsIndex,
-    cone: SupportsFloat | SupportsIndex,
-    max_steps: SupportsIndex,
-    precision: str,
-    device: str,
-    strict: bool,
-    progress: Any | None,
-) -> dict[str, Any]:
-    """
-    Traces the rays of a camera.
-    """
-
-def memory_for_samples() -> int:
-    """
-    Bytes that samples may take: half of the memory.
-    """
-
-def mesh_to_texture(triangles: Triangles, settings: Incomplete, progress: Any | None) -> tuple[Node, dict[str, Any]]:
-    """
-    Bakes triangles; returns the texture and what was found, by the names of `sdfrs.MeshReport`.
-    """
-
 def texture_changed(node: Node, dense: bool, stepping: str | None) -> Node:
     """
     The same texture as a dense one, in another number type or with another way to step.
@@ -236,40 +227,69 @@ def texture_of_shape(
     Samples a shape; `band` None is a dense texture, 0 a sparse one of the usual width.
     """
 
-def texture_slopes(node: Node) -> tuple[Any, list[int]]:
+def texture_slopes(node: Node) -> tuple[Incomplete, list[int]]:
     """
     Slope bounds of the bricks, flat, and the bricks along x, y, z.
     """
 
 def texture_sparse(
-    dims: SupportsLenAndGetItem[SupportsIndex], table: Any, far: Any, nodes: Any, scale: Any | None, facts: Incomplete
+    dims: SupportsLenAndGetItem[SupportsIndex],
+    table: Incomplete,
+    far: Incomplete,
+    nodes: Any,
+    scale: Incomplete | None,
+    facts: Incomplete,
 ) -> Node:
     """
     A sparse texture: `table` and `far` with one value a brick (x fastest), nodes of the kept bricks, and
     where these are bytes a scale for each.
     """
 
-def texture_table(node: Node) -> tuple[Any, Any, Any | None]:
+def texture_table(node: Node) -> tuple[Incomplete, Incomplete, Incomplete | None]:
     """
     Where a sparse texture's bricks are, what the others hold, and the scales of bytes.
     """
 
-@final
-class Triangles:
+def threads() -> int:
     """
-    Triangles that Python holds on to.
+    Threads in use.
     """
-    @property
-    def faces(self, /) -> int: ...
-    @staticmethod
-    def of_arrays(vertices: Any, corners: Any, counts: Any) -> Triangles:
-        """
-        Vertices (N, 3), and faces as the vertices of all polygons one after the other, with each one's count.
-        """
-    @staticmethod
-    def read(path: str | PathLike[str]) -> Triangles:
-        """
-        Triangles of a file; the ending of its name says the format.
-        """
-    @property
-    def vertices(self, /) -> int: ...
+
+def trace(
+    node: Node,
+    tracer: str,
+    parts: dict[str, Any],
+    origins: Any,
+    directions: Any,
+    t_min: Any,
+    t_max: Any,
+    eps: SupportsFloat | SupportsIndex,
+    cone: SupportsFloat | SupportsIndex,
+    max_steps: SupportsIndex,
+    prune: str,
+    device: str,
+    strict: bool,
+    progress: Any | None,
+) -> dict[str, Any]:
+    """
+    Traces rays given as (N, 3) arrays of one precision.
+    """
+
+def trace_camera(
+    node: Node,
+    camera: Incomplete,
+    tracer: str,
+    parts: dict[str, Any],
+    t_max: SupportsFloat | SupportsIndex,
+    eps: SupportsFloat | SupportsIndex,
+    cone: SupportsFloat | SupportsIndex,
+    max_steps: SupportsIndex,
+    prune: str,
+    precision: str,
+    device: str,
+    strict: bool,
+    progress: Any | None,
+) -> dict[str, Any]:
+    """
+    Traces the rays of a camera.
+    """

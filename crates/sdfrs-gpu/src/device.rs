@@ -5,7 +5,7 @@
 
 use std::{
     fmt,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -75,6 +75,8 @@ impl fmt::Debug for Device {
 
 /// Opened devices by index of their adapter, kept for the life of the process.
 static OPEN: Mutex<Vec<(usize, Arc<Device>)>> = Mutex::new(Vec::new());
+/// What was asked for and found where no real GPU was.
+static NO_GPU: OnceLock<(String, String)> = OnceLock::new();
 
 impl Device {
     /// The chosen GPU, opened on first use.
@@ -91,8 +93,16 @@ impl Device {
         if let Some((_, device)) = known {
             return Ok(device.clone());
         }
-        let all = adapters::enumerate()?;
-        let index = pick(choice, &all)?;
+        // A machine without a real GPU is asked once: looking takes a while, and drivers may complain each time.
+        if let (Choice::Auto, Some((asked, found))) = (choice, NO_GPU.get()) {
+            let (asked, found) = (asked.clone(), found.clone());
+            return Err(GpuError::NoAdapter { asked, found, advice: ADVICE });
+        }
+        let index = adapters::enumerate().and_then(|all| Ok((pick(choice, &all)?, all)));
+        if let (Choice::Auto, Err(GpuError::NoAdapter { asked, found, .. })) = (choice, &index) {
+            NO_GPU.get_or_init(|| (asked.clone(), found.clone()));
+        }
+        let (index, all) = index?;
         // Adapter 0 may be unusable where a later one was chosen in its place.
         if let Some((_, device)) = open.iter().find(|(i, _)| *i == index) {
             return Ok(device.clone());

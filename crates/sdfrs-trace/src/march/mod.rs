@@ -39,9 +39,10 @@ use worker::Worker;
 
 /// Rays that step together.
 pub const TILE: usize = 1024;
-/// Operations from which on automatic pruning steps over empty cells, or shortens programs.
-const WORTH_SKIPPING: u64 = 8;
-const WORTH_SHORTENING: u64 = 100;
+/// Operations from which on automatic pruning steps over empty cells, or shortens programs; and operations
+/// times rays: few rays fill cells badly, and small programs gain less than a probe costs.
+const WORTH_SKIPPING: (u64, u64) = (64, 12_000_000);
+const WORTH_SHORTENING: (u64, u64) = (150, 20_000_000);
 
 /// One ray, direction of unit length.
 #[derive(Debug, Clone, Copy)]
@@ -157,11 +158,11 @@ impl<T: Native> Job<'_, T> {
     /// What is pruned: nothing where that would cost more than it saves.
     fn prune(&self) -> Prune {
         let Some(pruner) = self.field.pruner() else { return Prune::Off };
+        let ops = self.field.ops();
+        let worth = |(least, all): (u64, u64)| ops >= least && ops * self.rays.count() as u64 >= all;
         match self.limits.prune {
-            Prune::Auto { skip: true } if self.field.ops() >= WORTH_SKIPPING => Prune::Skip,
-            Prune::Auto { skip: false } if pruner.has_choices() && self.field.ops() >= WORTH_SHORTENING => {
-                Prune::Exact
-            }
+            Prune::Auto { skip: true } if worth(WORTH_SKIPPING) => Prune::Skip,
+            Prune::Auto { skip: false } if pruner.has_choices() && worth(WORTH_SHORTENING) => Prune::Exact,
             Prune::Auto { .. } => Prune::Off,
             asked => asked,
         }
