@@ -248,6 +248,29 @@ fn rays_in_any_order_keep_their_bits() {
     assert!(operations(&b) < operations(&a));
 }
 
+/// Half of a group looks one way, half the other: there is no mean ray, but every ray has to be walked.
+#[test]
+fn rays_without_a_common_direction_are_walked() {
+    let shape = tree(&mut Random(11), 30);
+    let program = Program::<f32>::for_tracing(&shape).unwrap();
+    // Sorted, the first 256 are one group; the others give the block a direction.
+    let opposite = (0..256).map(|i| ([0.0, 0.0, 9.0], [if i < 128 { 1.0 } else { -1.0 }, 0.0, 0.0]));
+    let rays: Vec<([f32; 3], [f32; 3])> =
+        opposite.chain((0..128).map(|_| ([9.0, 0.0, 9.0], [0.0, 1.0, 0.0]))).collect();
+    let (origins, directions): (Vec<_>, Vec<_>) = rays.into_iter().unzip();
+    let rays =
+        Rays { origins: &origins, directions: &directions, t_min: Span::All(0.0), t_max: Span::All(20.0) };
+    let run = |prune| {
+        let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune };
+        march::trace(&program, &Tracer::Basic { guards: true }, &rays, &limits, &Control::new()).unwrap()
+    };
+    let (a, b) = (run(Prune::Off), run(Prune::Exact));
+    assert!(a.steps.iter().all(|n| *n > 0));
+    for (i, (x, y)) in bits(&a).into_iter().zip(bits(&b)).enumerate() {
+        assert_eq!(x, y, "ray {i}");
+    }
+}
+
 #[test]
 fn one_primitive_is_left_alone() {
     let shape = build("sphere", &[("radius", Value::Num(1.0))], &[]);

@@ -49,6 +49,15 @@ impl<T: Native> Samples<T> {
         swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), until, out);
         n as u64
     }
+
+    /// Walks a swarm to its end through the whole field.
+    fn walk<R: Rule<T::Lanes>>(&mut self, job: &Job<T>, rule: R, swarm: &mut Swarm<T>, out: &mut Columns<T>) {
+        let mut points = 0;
+        while swarm.alive() > 0 && !job.control.is_cancelled() {
+            points += self.step(job, job.field, rule, T::INFINITY, swarm, out);
+        }
+        out.work.add(job.field.ops(), points);
+    }
 }
 
 impl<T: Native> Worker<T> {
@@ -73,11 +82,7 @@ impl<T: Native> Worker<T> {
             swarm.push(&job.rays.ray(first + k), k as u32);
         }
         swarm.start();
-        let mut points = 0;
-        while swarm.alive() > 0 && !job.control.is_cancelled() {
-            points += self.samples.step(job, job.field, rule, T::INFINITY, swarm, out);
-        }
-        out.work.add(job.field.ops(), points);
+        self.samples.walk(job, rule, swarm, out);
         self.finish(job, out);
     }
 
@@ -109,17 +114,16 @@ impl<T: Native> Worker<T> {
             (groups, place) = (group + 1, place + 1);
         });
         swarms[..groups].iter_mut().for_each(Swarm::start);
-        if let Some(beam) = Beam::around(self.swarms[..groups].iter()) {
+        let beam = Beam::around(self.swarms[..groups].iter());
+        if let Some(beam) = beam {
             self.cells.begin_block(beam);
-            for group in 0..groups {
-                self.group(job, pruner, rule, group, out);
-            }
-        } else {
-            for swarm in &mut self.swarms[..groups] {
-                while swarm.alive() > 0 && !job.control.is_cancelled() {
-                    let points = self.samples.step(job, job.field, rule, T::INFINITY, swarm, out);
-                    out.work.add(job.field.ops(), points);
-                }
+        }
+        for group in 0..groups {
+            let beam = beam.and_then(|_| Beam::around(std::iter::once(&self.swarms[group])));
+            match beam {
+                Some(beam) => self.group(job, pruner, rule, (group, beam), out),
+                // Rays without a common direction share no cells.
+                None => self.samples.walk(job, rule, &mut self.swarms[group], out),
             }
         }
         self.finish(job, out);
@@ -131,12 +135,11 @@ impl<T: Native> Worker<T> {
         job: &Job<T>,
         pruner: &Pruner,
         rule: R,
-        group: usize,
+        (group, beam): (usize, Beam),
         out: &mut Columns<T>,
     ) {
         let Self { swarms, cells, samples } = self;
         let swarm = &mut swarms[group];
-        let Some(beam) = Beam::around(std::iter::once(&*swarm)) else { return };
         cells.begin_group(beam);
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
