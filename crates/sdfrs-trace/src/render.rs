@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Hits, Limits, Program, Shape, Span, Status,
+    Control, Hits, Limits, Program, Real, Shape, Span, Status,
     contract::{check_rays, check_spans},
-    eval::Native,
+    eval::{Kernel, Lanes, Native, vectorise},
     pool,
 };
 
@@ -18,7 +18,7 @@ use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march::{Ray, Source},
+    march::{Bundle, Ray, Source, WIDEST, Wanted},
     shade::{PointLight, Surface, normal::Gradients},
     stats::Summary,
     tracer::Tracer,
@@ -95,15 +95,60 @@ impl<T: Native> Source<T> for CameraRays<T> {
     }
     fn ray(&self, i: usize) -> Ray<T> {
         let width = self.frame.width();
-        self.at(i % width, i / width)
-    }
-    fn at(&self, x: usize, y: usize) -> Ray<T> {
         // Both fit: a checked camera has at most 65536 columns and rows.
-        let (o, d) = self.frame.ray(x as u32, y as u32);
+        let (o, d) = self.frame.ray((i % width) as u32, (i / width) as u32);
         let d = d.map(T::of);
         // As `check_rays` does for rays that come as a batch, so that both give the same bits.
         let length = T::len3(d[0], d[1], d[2]);
         Ray { origin: o.map(T::of), direction: d.map(|v| v / length), t_min: T::of(0.0), t_max: self.t_max }
+    }
+    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<T::Lanes>) {
+        vectorise(Lines { rays: self, wanted, to });
+    }
+}
+
+/// A camera's rays, a pack at a time. Law: the bits of `CameraRays::ray` (tests below).
+struct Lines<'a, T: Native> {
+    rays: &'a CameraRays<T>,
+    wanted: &'a [Wanted],
+    to: &'a mut Bundle<T::Lanes>,
+}
+
+impl<T: Native> Kernel for Lines<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        type Double = <f64 as Native>::Lanes;
+        let mut pixels = [[0.0f64; WIDEST]; 2];
+        for (lane, wanted) in self.wanted.iter().enumerate() {
+            (pixels[0][lane], pixels[1][lane]) = (f64::from(wanted.x), f64::from(wanted.y));
+        }
+        for lane in self.wanted.len().max(1)..WIDEST {
+            (pixels[0][lane], pixels[1][lane]) = (pixels[0][lane - 1], pixels[1][lane - 1]);
+        }
+        let mut lines = [[0.0f64; WIDEST]; 6];
+        for at in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
+            let [x, y] = [Double::load(&pixels[0][at..]), Double::load(&pixels[1][at..])];
+            let (o, d) = self.rays.frame.lanes(x, y);
+            for a in 0..3 {
+                o[a].store(&mut lines[a][at..]);
+                d[a].store(&mut lines[3 + a][at..]);
+            }
+        }
+        let mut single = [[T::default(); WIDEST]; 6];
+        for (single, line) in single.iter_mut().zip(&lines) {
+            for lane in 0..T::Lanes::WIDTH {
+                single[lane] = T::of(line[lane]);
+            }
+        }
+        let [ox, oy, oz, dx, dy, dz] = &single;
+        let (x, y, z) = (T::Lanes::load(dx), T::Lanes::load(dy), T::Lanes::load(dz));
+        let length = T::Lanes::len3(x, y, z);
+        *self.to = Bundle {
+            origin: [T::Lanes::load(ox), T::Lanes::load(oy), T::Lanes::load(oz)],
+            direction: [x / length, y / length, z / length],
+            t: T::Lanes::c(0.0),
+            t_max: T::Lanes::splat(self.rays.t_max),
+        };
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     field::Field,
     graph::{Form, Graph},
     grid::Grid,
-    lane::{Dual, Iv, Pack},
+    lane::{Dual, Iv, Mask, Pack, Truth},
     op::{Ins, Tables, execute},
     prune::Pruner,
     real::{Real, Scalar},
@@ -59,6 +59,13 @@ pub unsafe trait Lanes: Real + Send + Sync {
     /// The first `WIDTH` values; the last one again where there are fewer.
     fn load(src: &[Self::S]) -> Self;
     fn store(self, dst: &mut [Self::S]);
+    type Mask: Truth;
+    /// Where `a < b`.
+    fn lt(a: Self, b: Self) -> Self::Mask;
+    /// `x` where the truth value holds, else `y`.
+    fn pick(truth: Self::Mask, x: Self, y: Self) -> Self;
+    fn lane(&self, i: usize) -> Self::S;
+    fn set(&mut self, i: usize, v: Self::S);
 }
 
 macro_rules! native {
@@ -97,6 +104,23 @@ macro_rules! native {
             #[inline(always)]
             fn store(self, dst: &mut [$t]) {
                 Pack::store(self, dst)
+            }
+            type Mask = Mask<$w>;
+            #[inline(always)]
+            fn lt(a: Self, b: Self) -> Mask<$w> {
+                Pack::below(a, b)
+            }
+            #[inline(always)]
+            fn pick(truth: Mask<$w>, x: Self, y: Self) -> Self {
+                Pack::pick(truth, x, y)
+            }
+            #[inline(always)]
+            fn lane(&self, i: usize) -> $t {
+                self.0[i]
+            }
+            #[inline(always)]
+            fn set(&mut self, i: usize, v: $t) {
+                self.0[i] = v;
             }
         }
     };
