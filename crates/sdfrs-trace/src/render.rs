@@ -6,12 +6,10 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Hits, Limits, Program, Real, Shape, Span, Status,
+    Control, Hits, Limits, Program, Real, Shape, Span,
     contract::{check_rays, check_spans},
     eval::{Kernel, Lanes, Native, vectorise},
-    pool,
 };
 
 use crate::{
@@ -19,14 +17,11 @@ use crate::{
     camera::{Camera, Frame},
     error::TraceError,
     march::{Bundle, Ray, Source, WIDEST, Wanted},
-    shade::{PointLight, Surface, normal::Gradients},
+    shade::{Light, PointLight, Shading, Surface},
     stats::Summary,
     tracer::Tracer,
     voxel,
 };
-
-/// Consecutive pixels shaded by one worker at a time.
-const TILE: usize = 1024;
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy)]
@@ -185,7 +180,9 @@ pub fn render<T: Native>(
     let hits = voxel::trace(scene.shape, &program, tracer, &rays, limits, control)?;
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let (normals, rgb) = Shading { program: &program, rays: &rays, scene, hits: &hits }.run(control)?;
+    let light = Light { lights: scene.lights, surface: &scene.surface };
+    let shading = Shading { program: &program, rays: &rays, light, hits: &hits };
+    let (normals, rgb) = shading.run(control)?;
     let shade_seconds = start.elapsed().as_secs_f64();
     Ok(Picture {
         width: scene.camera.width,
@@ -200,81 +197,6 @@ pub fn render<T: Native>(
 
 fn summarise<T: Native>(shape: &Shape, hits: &Hits<T>, seconds: f64) -> Summary {
     Summary::of(hits, seconds, shape.lipschitz())
-}
-
-/// Normals and colours.
-type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
-
-/// What every tile of a picture is shaded from.
-struct Shading<'a, T: Native> {
-    program: &'a Program<T>,
-    rays: &'a CameraRays<T>,
-    scene: &'a Scene<'a>,
-    hits: &'a Hits<T>,
-}
-
-impl<T: Native> Shading<'_, T> {
-    /// Normals and colours of all pixels, tile by tile on the pool.
-    fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
-        let mut normals = vec![[0f32; 3]; self.hits.t.len()];
-        let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
-        pool::install(|| {
-            let tiles = normals.par_chunks_mut(TILE).zip(rgb.par_chunks_mut(TILE)).enumerate();
-            tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
-                if control.is_cancelled() {
-                    return Err(TraceError::Cancelled);
-                }
-                self.tile(tile, i * TILE, normals, rgb);
-                Ok(())
-            })
-        })?;
-        Ok((normals, rgb))
-    }
-
-    /// Pixels from `first` on.
-    fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
-        let (surface, lights) = (&self.scene.surface, self.scene.lights);
-        tile.clear();
-        for (i, pixel) in rgb.iter_mut().enumerate() {
-            let (status, t) = (self.hits.status[first + i], self.hits.t[first + i]);
-            // A ray out of steps shows the surface it was closing in on.
-            if status == Status::Hit as u8 || status == Status::OutOfSteps as u8 {
-                let Ray { origin: o, direction: d, .. } = self.rays.ray(first + i);
-                tile.at.push(i);
-                tile.points.push(std::array::from_fn(|a| o[a] + t * d[a]));
-                tile.towards.push(d);
-            } else {
-                let nowhere = [T::of(0.0); 3];
-                *pixel = surface.pixel(lights, status, nowhere, nowhere);
-            }
-        }
-        tile.gradients.normals(self.program, &tile.points, &tile.towards, &mut tile.normals);
-        for (k, &i) in tile.at.iter().enumerate() {
-            let (point, normal) = (tile.points[k], tile.normals[k]);
-            rgb[i] = surface.pixel(lights, self.hits.status[first + i], point, normal);
-            normals[i] = normal.map(|v| v.f64() as f32);
-        }
-    }
-}
-
-/// A worker's memory for the pixels of a tile that show something.
-#[derive(Default)]
-struct Tile<T: Native> {
-    /// Where they are in the tile.
-    at: Vec<usize>,
-    points: Vec<[T; 3]>,
-    /// Directions of their rays.
-    towards: Vec<[T; 3]>,
-    normals: Vec<[T; 3]>,
-    gradients: Gradients<T>,
-}
-
-impl<T: Native> Tile<T> {
-    fn clear(&mut self) {
-        self.at.clear();
-        self.points.clear();
-        self.towards.clear();
-    }
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use super::{
     feed::Feed,
     swarm::{Crossing, Pack, Sink, Swarm, WIDEST},
 };
-use crate::tracer::guarded::{Bracket, Rule, Samples, Verdict, step};
+use crate::tracer::guarded::{Bracket, Rule, Verdict, step};
 
 /// Rays step over what is known to be empty.
 pub struct Jump<'a, T: Native, R, S> {
@@ -152,9 +152,14 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
                 code = T::Lanes::pick(hit, T::Lanes::c(code::HIT), code);
                 code = T::Lanes::pick(crossed, T::Lanes::c(code::CROSSED), code);
                 code = T::Lanes::pick(invalid, T::Lanes::c(code::INVALID), code);
-                ends.pack::<R>(pack, &samples, code, ended.bits());
+                // A copy of its own: what another function sees has to lie in memory.
+                let last = Last { t: samples.t, r: samples.r, e: samples.e, code };
+                ends.pack::<R>(pack, &last, ended.bits());
             }
-            near[number as usize] = least(pack.rays.t);
+        }
+        // Not above: a sum over the lanes there would take the packs of the whole loop apart.
+        for &number in self.picked {
+            near[number as usize] = least(packs[number as usize].rays.t);
         }
         *alive -= ends.ended;
     }
@@ -175,6 +180,14 @@ pub fn least<L: Lanes>(pack: L) -> L::S {
     lanes[0]
 }
 
+/// Samples with which rays of a pack end, and how.
+struct Last<L> {
+    t: L,
+    r: L,
+    e: L,
+    code: L,
+}
+
 /// Where rays end, and others begin.
 struct Ends<'a, 'b, T: Native, S> {
     limit: &'a Threshold<T>,
@@ -187,16 +200,10 @@ struct Ends<'a, 'b, T: Native, S> {
 impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     /// Rays of a pack that end here, by a bit a lane, and how.
     #[inline(never)]
-    fn pack<R: Rule<T::Lanes>>(
-        &mut self,
-        pack: &mut Pack<T::Lanes>,
-        s: &Samples<T::Lanes>,
-        code: T::Lanes,
-        ended: u32,
-    ) {
+    fn pack<R: Rule<T::Lanes>>(&mut self, pack: &mut Pack<T::Lanes>, last: &Last<T::Lanes>, ended: u32) {
         for lane in lanes(ended) {
-            let (t, r, e) = (s.t.lane(lane), s.r.lane(lane), s.e.lane(lane));
-            self.end::<R>(pack, lane, (t, r, e), code.lane(lane).f64());
+            let (t, r, e) = (last.t.lane(lane), last.r.lane(lane), last.e.lane(lane));
+            self.end::<R>(pack, lane, (t, r, e), last.code.lane(lane).f64());
             if !self.feed.next(|bundle, which, place| pack.enter::<R>(lane, bundle, which, place)) {
                 pack.rays.t.set(lane, T::INFINITY);
                 self.ended += 1;
