@@ -41,6 +41,7 @@ use crate::{
 use columns::Columns;
 pub use feed::{Bundle, Wanted};
 use order::Order;
+pub use order::squares;
 pub use swarm::WIDEST;
 use worker::Worker;
 

@@ -99,9 +99,9 @@ impl Order {
                 let across = width.div_ceil(BLOCK);
                 let corner = [tile % across * BLOCK, tile / across * BLOCK];
                 let end = [(corner[0] + BLOCK).min(*width), (corner[1] + BLOCK).min(*height)];
-                squares(corner, end, GROUP, |from, to| {
-                    squares(from, to, PATCH, |from, to| {
-                        squares(from, to, 1, |[x, y], _| {
+                squares(corner, end, [GROUP; 2], |from, to| {
+                    squares(from, to, [PATCH; 2], |from, to| {
+                        squares(from, to, [1; 2], |[x, y], _| {
                             let place = place(y - corner[1], x - corner[0]);
                             rays.push(Wanted { x: x as u32, y: y as u32, place });
                         });
@@ -124,12 +124,17 @@ impl Order {
     }
 }
 
-/// The squares of a rectangle, row by row: their corners.
+/// The squares of a rectangle, or rectangles of another kind, row by row: their corners.
 #[inline]
-fn squares(from: [usize; 2], to: [usize; 2], side: usize, mut take: impl FnMut([usize; 2], [usize; 2])) {
-    for y in (from[1]..to[1]).step_by(side) {
-        for x in (from[0]..to[0]).step_by(side) {
-            take([x, y], [(x + side).min(to[0]), (y + side).min(to[1])]);
+pub fn squares(
+    from: [usize; 2],
+    to: [usize; 2],
+    side: [usize; 2],
+    mut take: impl FnMut([usize; 2], [usize; 2]),
+) {
+    for y in (from[1]..to[1]).step_by(side[1]) {
+        for x in (from[0]..to[0]).step_by(side[0]) {
+            take([x, y], [(x + side[0]).min(to[0]), (y + side[1]).min(to[1])]);
         }
     }
 }

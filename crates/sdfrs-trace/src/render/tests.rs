@@ -165,6 +165,37 @@ fn packs_of_rays_and_pixels_have_the_bits_of_one() {
 }
 
 #[test]
+fn what_cannot_win_changes_no_normal() {
+    // 300 balls, joined smoothly with 80 boxes and cut by a torus.
+    let place = |i: usize, f: f64| Value::Vec3([1.0, 1.7, 2.3].map(|k| 1.5 * (f * k * i as f64).sin()));
+    let part = |op: &str, name: &str, v: Value| Shape::build(op, vec![(name.into(), v)], vec![]).unwrap();
+    let moved =
+        |s: Shape, by: Value| Shape::build("translate", vec![("offset".into(), by)], vec![s]).unwrap();
+    let joined =
+        |k: f64, of: Vec<Shape>| Shape::build("union", vec![("k".into(), Value::Num(k))], of).unwrap();
+    let balls = (0..300).map(|i| moved(part("sphere", "radius", Value::Num(0.1)), place(i, 1.0)));
+    let boxes = (0..80).map(|i| moved(part("box", "size", Value::Vec3([0.2, 0.1, 0.3])), place(i, 1.3)));
+    let shape = joined(0.02, vec![joined(0.0, balls.collect()), joined(0.0, boxes.collect())]);
+    let camera = camera(150, 90);
+    let lights = [PointLight::at([4.0, 6.0, 3.0])];
+    let scene = Scene { shape: &shape, camera: &camera, lights: &lights, surface: Surface::default() };
+    fn run<T: Native>(scene: &Scene, prune: Prune) -> Picture<T> {
+        let limits = Limits { prune, ..LIMITS };
+        render(scene, &Tracer::Basic { guards: true }, &limits, 100.0, &Control::new()).unwrap()
+    }
+    fn same<T: Native>(scene: &Scene) {
+        let (whole, short) = (run::<T>(scene, Prune::Off), run::<T>(scene, Prune::Exact));
+        assert!(whole.summary.hits > 3000 && short.summary.mean_ops < 0.5 * whole.summary.mean_ops);
+        assert!(whole.hits.t == short.hits.t && whole.rgb == short.rgb);
+        for (i, (a, b)) in whole.normals.iter().zip(&short.normals).enumerate() {
+            assert_eq!(a, b, "pixel {i}");
+        }
+    }
+    same::<f32>(&scene);
+    same::<f64>(&scene);
+}
+
+#[test]
 fn out_of_steps_is_shaded_where_it_got_to() {
     let (shape, camera) = (sphere(), camera(21, 21));
     let scene = Scene { shape: &shape, camera: &camera, lights: &[], surface: Surface::default() };

@@ -3,6 +3,7 @@
 pub mod direct;
 pub mod normal;
 mod picture;
+mod slopes;
 mod srgb;
 
 pub use direct::{Light, PointLight, Surface};

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Hits, Program, Scratch,
+    Control, Hits, Program, Prune,
     eval::{Kernel, Lanes, Native, vectorise},
     pool,
 };
@@ -12,15 +12,18 @@ use sdfrs_core::{
 use super::{
     direct::{Light, shows_surface},
     normal::unit,
+    slopes::Slopes,
     srgb::Srgb,
 };
 use crate::{
     error::TraceError,
-    march::{Bundle, Source, WIDEST, Wanted},
+    march::{Bundle, Source, WIDEST, Wanted, squares},
 };
 
-/// Consecutive pixels shaded by one worker at a time.
-const TILE: usize = 1024;
+/// Rows of pixels shaded by one worker at a time, and pixels along a side of the squares that share a
+/// shortened program.
+const ROWS: usize = 16;
+const SQUARE: usize = 8;
 
 /// Normals and colours.
 type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
@@ -28,6 +31,7 @@ type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
 /// What every tile of a picture is shaded from.
 pub struct Shading<'a, T: Native> {
     pub program: &'a Program<T>,
+    pub prune: Prune,
     pub rays: &'a dyn Source<T>,
     pub light: Light<'a>,
     pub hits: &'a Hits<T>,
@@ -39,35 +43,22 @@ impl<T: Native> Shading<'_, T> {
         let mut normals = vec![[0f32; 3]; self.hits.t.len()];
         let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
         pool::install(|| {
-            let tiles = normals.par_chunks_mut(TILE).zip(rgb.par_chunks_mut(TILE)).enumerate();
+            let size = ROWS * self.rays.width().unwrap_or(64 * ROWS).max(1);
+            let tiles = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
             tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
                 if control.is_cancelled() {
                     return Err(TraceError::Cancelled);
                 }
-                self.tile(tile, i * TILE, normals, rgb);
+                self.tile(tile, i * size, normals, rgb);
                 Ok(())
             })
         })?;
         Ok((normals, rgb))
     }
 
-    /// Pixels from `first` on.
+    /// Rows of pixels from the pixel `first` on.
     fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
-        let width = self.rays.width().unwrap_or(usize::MAX);
-        let (mut x, mut y) = (first % width, first / width);
-        tile.lit.clear();
-        for (i, pixel) in rgb.iter_mut().enumerate() {
-            let status = self.hits.status[first + i];
-            if shows_surface(status) {
-                tile.lit.push(Wanted { x: x as u32, y: y as u32, place: i as u32 });
-            } else {
-                *pixel = self.light.surface.unlit(status);
-            }
-            x += 1;
-            if x == width {
-                (x, y) = (0, y + 1);
-            }
-        }
+        self.find(tile, first, rgb);
         let packs = tile.lit.len().div_ceil(T::Lanes::WIDTH);
         tile.fit(packs * T::Lanes::WIDTH);
         let mut bundle = Bundle::blank();
@@ -81,8 +72,8 @@ impl<T: Native> Shading<'_, T> {
             let at = pack * T::Lanes::WIDTH;
             vectorise(Meet { bundle: &bundle, t: &t, points, towards, at });
         }
-        let Tile { scratch, points: [px, py, pz], gradient: [v, gx, gy, gz], .. } = tile;
-        self.program.gradient(scratch, [px, py, pz], [v, gx, gy, gz]);
+        let Tile { slopes, squares, points, gradient, lit, .. } = &mut *tile;
+        slopes.run(self.program, self.prune, &squares[..], lit.len(), points, gradient);
         vectorise(Lit { light: self.light, tile });
         let table = Srgb::get();
         for (k, lit) in tile.lit.iter().enumerate() {
@@ -92,12 +83,40 @@ impl<T: Native> Shading<'_, T> {
             normals[i] = [tile.normal[0][k], tile.normal[1][k], tile.normal[2][k]];
         }
     }
+
+    /// The pixels that show a surface, square by square; the others get their colour.
+    fn find(&self, tile: &mut Tile<T>, first: usize, rgb: &mut [[u8; 3]]) {
+        let width = self.rays.width().unwrap_or(rgb.len()).max(1);
+        let (left, top) = (first % width, first / width);
+        let height = rgb.len().div_ceil(width);
+        tile.lit.clear();
+        tile.squares.clear();
+        squares([0, 0], [width, height], [SQUARE, ROWS], |from, to| {
+            squares(from, to, [SQUARE; 2], |from, to| {
+                squares(from, to, [1; 2], |[x, y], _| {
+                    let i = y * width + x;
+                    let Some(pixel) = rgb.get_mut(i) else { return };
+                    let status = self.hits.status[first + i];
+                    if shows_surface(status) {
+                        tile.lit.push(Wanted { x: (left + x) as u32, y: (top + y) as u32, place: i as u32 });
+                    } else {
+                        *pixel = self.light.surface.unlit(status);
+                    }
+                });
+                if tile.lit.len() > tile.squares.last().copied().unwrap_or(0) {
+                    tile.squares.push(tile.lit.len());
+                }
+            });
+        });
+    }
 }
 
 /// A worker's memory for the pixels of a tile that show something, in whole packs.
 struct Tile<T: Native> {
-    scratch: Scratch<T>,
+    slopes: Slopes<T>,
     lit: Vec<Wanted>,
+    /// Where each square ends among them.
+    squares: Vec<usize>,
     points: [Vec<T>; 3],
     /// Directions of their rays.
     towards: [Vec<T>; 3],
@@ -111,8 +130,9 @@ struct Tile<T: Native> {
 impl<T: Native> Default for Tile<T> {
     fn default() -> Self {
         Self {
-            scratch: Scratch::new(),
-            lit: Vec::with_capacity(TILE),
+            slopes: Slopes::new(),
+            lit: Vec::new(),
+            squares: Vec::new(),
             points: Default::default(),
             towards: Default::default(),
             gradient: Default::default(),
