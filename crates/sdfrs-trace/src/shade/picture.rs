@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Hits, Program, Prune,
+    Control, Hits, Program, Prune, Status,
     eval::{Kernel, Lanes, Native, vectorise},
     pool,
 };
@@ -89,20 +89,25 @@ impl<T: Native> Shading<'_, T> {
         let width = self.rays.width().unwrap_or(rgb.len()).max(1);
         let (left, top) = (first % width, first / width);
         let height = rgb.len().div_ceil(width);
+        let sky = self.light.surface.unlit(Status::Miss as u8);
         tile.lit.clear();
         tile.squares.clear();
         squares([0, 0], [width, height], [SQUARE, ROWS], |from, to| {
             squares(from, to, [SQUARE; 2], |from, to| {
-                squares(from, to, [1; 2], |[x, y], _| {
-                    let i = y * width + x;
-                    let Some(pixel) = rgb.get_mut(i) else { return };
-                    let status = self.hits.status[first + i];
-                    if shows_surface(status) {
-                        tile.lit.push(Wanted { x: (left + x) as u32, y: (top + y) as u32, place: i as u32 });
-                    } else {
-                        *pixel = self.light.surface.unlit(status);
+                for y in from[1]..to[1] {
+                    let row = y * width + from[0];
+                    let row = row..rgb.len().min(row + to[0] - from[0]);
+                    let statuses = &self.hits.status[first + row.start..first + row.end];
+                    let pixels = rgb[row.clone()].iter_mut().zip(statuses);
+                    for ((x, i), (pixel, &status)) in (left + from[0]..).zip(row).zip(pixels) {
+                        *pixel = sky;
+                        if status == Status::Invalid as u8 {
+                            *pixel = self.light.surface.unlit(status);
+                        } else if shows_surface(status) {
+                            tile.lit.push(Wanted { x: x as u32, y: (top + y) as u32, place: i as u32 });
+                        }
                     }
-                });
+                }
                 if tile.lit.len() > tile.squares.last().copied().unwrap_or(0) {
                     tile.squares.push(tile.lit.len());
                 }
