@@ -34,9 +34,9 @@ ROOMS = {
         ["kernels"],
         ["grid"],
         ["descent", "examine", "sides", "leaves"],
+        ["afterwards", "assembly"],
         ["bricks", "dense"],
-        ["afterwards"],
-        ["assembly", "bake", "layout"],
+        ["bake", "layout"],
     ],
     "sdfrs-trace": [
         ["error", "budget"],

@@ -55,7 +55,7 @@ fn report(mesh: &Mesh, baked: &Baked, cpu: f64, wall: f64) {
     let nodes: u64 = baked.dims.iter().product();
     let bytes = match &baked.values {
         Values::Dense(v) => 4 * v.len(),
-        Values::Sparse(s) => 4 * (s.table.len() + s.far.len() + s.nodes.len()),
+        Values::Sparse(s) => 4 * (s.words.len() + s.nodes.len()),
     };
     println!(
         "{{\"faces\": {}, \"nodes\": {nodes}, \"cpu\": {cpu:.6}, \"wall\": {wall:.6}, \"bytes\": {bytes}, \"peak_rss\": {}, \

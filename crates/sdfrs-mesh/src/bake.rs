@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use crate::{
     Mesh, MeshError, Watch,
     afterwards::Judge,
-    assembly::Assembly,
-    bricks::{Bricks, SIDE, Units},
+    assembly::{SIDE, Store, Units},
+    bricks::Bricks,
     budget::Budget,
     check::{Checked, Findings, check},
     clusters,
@@ -26,6 +26,8 @@ use crate::{
     layout::{self, Layout},
     sign::{Method, SignRule, Signs},
 };
+
+pub use crate::assembly::Sparse;
 
 /// Nodes along an axis: at least 2, at most this.
 pub const MAX_RESOLUTION: u32 = 1 << 16;
@@ -73,19 +75,6 @@ impl Default for Settings {
     }
 }
 
-/// Bricks near the surface; see `bricks`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sparse {
-    /// Along x, y and z.
-    pub bricks: [u32; 3],
-    /// One per brick, x fastest: which of the kept ones; u32::MAX: not kept.
-    pub table: Vec<u32>,
-    /// One per brick: |d| is nowhere in it less than |far|, and d has its sign. Of kept bricks: 0.
-    pub far: Vec<f32>,
-    /// Kept bricks, 9 x 9 x 9 nodes each (8 cells and the next bricks' first nodes), x fastest.
-    pub nodes: Vec<f32>,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// x fastest, node-centred.
@@ -128,7 +117,7 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
     let mut job = Job::new(&checked, &layout, settings, &budget)?;
     job.closed = findings.closed() && findings.needle_faces == 0;
     let descent = job.descent(&signs, watch)?;
-    let values = if settings.sparse { job.sparse(&descent, &signs)? } else { job.dense(&descent, &signs)? };
+    let values = if settings.sparse { job.sparse(descent, &signs)? } else { job.dense(descent, &signs)? };
     let confidence = if settings.confidence { Some(job.confidence(&signs, watch)?) } else { None };
     let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
     let Layout { dims, lo, hi } = layout;
@@ -262,7 +251,7 @@ impl<'a> Job<'a> {
         matches!(signs.method(), Method::Winding | Method::Parity)
     }
 
-    fn dense(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+    fn dense(&self, descent: Descent, signs: &Signs) -> Result<Values, MeshError> {
         let dims = self.layout.dims;
         let mut values = self.floats(dims)?;
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
@@ -283,15 +272,14 @@ impl<'a> Job<'a> {
         Ok(vec![0.0; count])
     }
 
-    fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+    fn sparse(&self, descent: Descent, signs: &Signs) -> Result<Values, MeshError> {
         let units = Units { scale: self.scale, band: self.band };
-        self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
-        let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
-        if self.signs_follow(signs) {
-            let judge = Judge::new(signs, &self.grid, self.budget, descent.watch);
-            parts.par_iter_mut().try_for_each(|part| judge.bricks(part))?;
-        }
-        Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
+        let store = Store::new(&self.grid, units, self.bricks, self.budget)?;
+        let judge = self.signs_follow(signs);
+        let judge = judge.then(|| Judge::new(signs, &self.grid, self.budget, descent.watch));
+        descent.run(&Bricks::new(&store, judge.as_ref()))?;
+        drop((descent, judge));
+        Ok(Values::Sparse(store.finish()?))
     }
 
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
