@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 VERSION = 1
 ENDINGS = (".npz", ".raw", ".vol")
 # Bytes that are copied at a time: few beside a texture, and soon enough for Ctrl-C; large enough for the disk.
-_SLAB = 1 << 21
+_SLAB = 1 << 20
 # {member: allowed types}; every other member is refused.
 _MEMBERS = {
     "sdfrs_texture": ("<i8",),

@@ -29,7 +29,7 @@ ROOMS = {
         ["mesh"],
         ["read", "check"],
         ["sign"],
-        ["isa", "lanes", "budget", "exact", "error_bound", "shared"],
+        ["lanes", "budget", "exact", "error_bound", "shared"],
         ["frames", "clusters", "pick"],
         ["kernels"],
         ["grid"],

@@ -24,10 +24,18 @@ pub struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(signs: &'a Signs<'a>, grid: &'a Grid, budget: &Budget, watch: &'a dyn Watch) -> Self {
+    pub fn new(
+        signs: &'a Signs<'a>,
+        grid: &'a Grid,
+        budget: &Budget,
+        watch: &'a dyn Watch,
+    ) -> Result<Self, MeshError> {
         let lines: [Vec<f64>; 3] = std::array::from_fn(|k| grid.line(k));
-        let columns = signs.columns([&lines[0], &lines[1], &lines[2]], budget.left());
-        Self { signs, columns, grid, watch }
+        let columns = signs.columns_until([&lines[0], &lines[1], &lines[2]], budget.left(), watch)?;
+        if columns.is_none() {
+            signs.prepare(watch)?;
+        }
+        Ok(Self { signs, columns, grid, watch })
     }
 
     /// Signs for a dense grid, x fastest.

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use sdfrs_core::eval::{Isa, isa};
 
 use crate::{
     Mesh, MeshError, Watch,
@@ -14,14 +15,13 @@ use crate::{
     assembly::{SIDE, Store, Units},
     bricks::Bricks,
     budget::Budget,
-    check::{Checked, Findings, check},
+    check::{Checked, Findings, check_until},
     clusters,
     dense::Dense,
     descent::{Descent, prepare},
     error_bound::{bound, slack},
     frames::{Slab, Tri},
     grid::Grid,
-    isa::{Isa, isa},
     kernels::Kernels,
     layout::{self, Layout},
     sign::{Method, SignRule, Signs},
@@ -105,7 +105,7 @@ pub struct Baked {
 pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked, MeshError> {
     let budget = Budget::new(settings.budget_bytes);
     let layout = layout::given(settings)?;
-    let (checked, findings) = check(mesh)?;
+    let (checked, findings) = check_until(mesh, watch)?;
     if watch.cancelled() {
         return Err(MeshError::Cancelled);
     }
@@ -113,7 +113,7 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
         Some(layout) => layout,
         None => layout::around(settings, findings.bounds)?,
     };
-    let signs = Signs::new(&checked, &findings, settings.sign)?;
+    let signs = Signs::until(&checked, &findings, settings.sign, watch)?;
     let mut job = Job::new(&checked, &layout, settings, &budget)?;
     job.closed = findings.closed() && findings.needle_faces == 0;
     let descent = job.descent(&signs, watch)?;
@@ -257,7 +257,7 @@ impl<'a> Job<'a> {
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
         descent.run(&sink)?;
         if self.signs_follow(signs) {
-            Judge::new(signs, &self.grid, self.budget, descent.watch).dense(&mut values, dims)?;
+            Judge::new(signs, &self.grid, self.budget, descent.watch)?.dense(&mut values, dims)?;
         }
         Ok(Values::Dense(values))
     }
@@ -276,7 +276,7 @@ impl<'a> Job<'a> {
         let units = Units { scale: self.scale, band: self.band };
         let store = Store::new(&self.grid, units, self.bricks, self.budget)?;
         let judge = self.signs_follow(signs);
-        let judge = judge.then(|| Judge::new(signs, &self.grid, self.budget, descent.watch));
+        let judge = judge.then(|| Judge::new(signs, &self.grid, self.budget, descent.watch)).transpose()?;
         descent.run(&Bricks::new(&store, judge.as_ref()))?;
         drop((descent, judge));
         Ok(Values::Sparse(store.finish()?))
@@ -285,6 +285,7 @@ impl<'a> Job<'a> {
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
         let dims = self.layout.dims;
         let mut out = self.floats(dims)?;
+        signs.prepare_confidence(watch)?;
         let (axes, width) = (self.grid.axes, dims[0] as usize);
         out.par_chunks_mut(width).enumerate().try_for_each(|(row, values)| {
             if watch.cancelled() {

@@ -38,10 +38,15 @@ impl<'a> Bricks<'a> {
         (0..3).map(|a| (at[a] & 7) as usize * self.stride[a]).sum()
     }
 
-    /// A brick's nodes: where they are on the grid (descent's axes), and among its own.
+    /// A brick's nodes: where they are on the grid (descent's axes), and among its own. Those past the grid's end are left
+    /// out.
     fn places(&self, key: [u32; 3]) -> (Vec<[u32; 3]>, Vec<usize>) {
+        let dims = self.store.grid.dims;
         let nodes = (0..SIDE.pow(3)).map(|n| [n / 64, n / 8 % 8, n % 8]);
-        nodes.map(|at| (std::array::from_fn(|a| key[a] * SIDE + at[a]), self.offset(at))).unzip()
+        nodes
+            .map(|at| (std::array::from_fn(|a| key[a] * SIDE + at[a]), self.offset(at)))
+            .filter(|(index, _): &([u32; 3], usize)| (0..3).all(|a| index[a] < dims[a]))
+            .unzip()
     }
 
     /// Signs for everything that the task has found; a part without bricks has that of its middle.

@@ -21,7 +21,6 @@ mod exact;
 mod examine;
 mod frames;
 mod grid;
-pub mod isa;
 mod kernels;
 mod lanes;
 mod layout;
@@ -34,4 +33,4 @@ mod sides;
 pub mod sign;
 
 pub use error::MeshError;
-pub use mesh::{Mesh, Watch};
+pub use mesh::{Mesh, Pulse, Watch};

@@ -47,8 +47,8 @@ pub enum TextureError {
     Scene(#[from] SceneError),
 }
 
-/// A control, listened to by the mesh's baker.
-struct Ear<'a>(&'a Control);
+/// A control, listened to by readers and bakers of meshes.
+pub struct Ear<'a>(pub &'a Control);
 
 impl Watch for Ear<'_> {
     fn cancelled(&self) -> bool {
