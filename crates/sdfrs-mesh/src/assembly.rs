@@ -111,7 +111,7 @@ impl<'a> Store<'a> {
     }
 
     /// Takes a task's bricks.
-    pub fn keep(&self, cores: &[Box<Core>]) -> Result<(), MeshError> {
+    pub fn keep(&self, cores: &[Core]) -> Result<(), MeshError> {
         if cores.is_empty() {
             return Ok(());
         }
@@ -318,16 +318,27 @@ impl Assembly {
         Ok((kept, from.len() - kept))
     }
 
-    /// Makes room for aprons, from the last brick to the first.
+    /// Makes room for aprons, from the last bricks to the first: those whose new places lie behind all old ones at once.
     fn spread(&mut self, all: usize) -> Result<(), MeshError> {
         reserve(&mut self.nodes, all * (VOLUME - CORE), 0)?;
         self.nodes.resize(all * VOLUME, 0.0);
-        for slot in (0..all).rev() {
-            for row in (0..64).rev() {
-                let (from, to) =
-                    (slot * CORE + 8 * row, slot * VOLUME + NODES * (row % 8 + NODES * (row / 8)));
-                self.nodes.copy_within(from..from + 8, to);
+        let mut end = all;
+        while end > 0 {
+            let first = (end * CORE).div_ceil(VOLUME);
+            if first == end {
+                // The last few reach into themselves.
+                widen_in_place(&mut self.nodes[..end * VOLUME], end - 1);
+                end -= 1;
+                continue;
             }
+            let (old, new) = self.nodes[..end * VOLUME].split_at_mut(first * VOLUME);
+            let cores = old[..end * CORE].par_chunks_exact(CORE).skip(first);
+            new.par_chunks_exact_mut(VOLUME).zip(cores).for_each(|(brick, core)| {
+                for (row, from) in core.chunks_exact(8).enumerate() {
+                    brick[row_at(row)..][..8].copy_from_slice(from);
+                }
+            });
+            end = first;
         }
         Ok(())
     }
@@ -391,6 +402,19 @@ fn apron(nodes: &Shared, slot: usize, next: usize, word: Word, band: f32) {
                 None => nodes.write(to, &cut),
             }
         }
+    }
+}
+
+/// Where a row of a brick's own nodes lies in the brick with its apron.
+fn row_at(row: usize) -> usize {
+    NODES * (row % 8 + NODES * (row / 8))
+}
+
+/// Makes room for one brick's apron.
+fn widen_in_place(nodes: &mut [f32], slot: usize) {
+    for row in (0..64).rev() {
+        let from = slot * CORE + 8 * row;
+        nodes.copy_within(from..from + 8, slot * VOLUME + row_at(row));
     }
 }
 

@@ -19,7 +19,7 @@ pub struct Bricks<'a> {
     /// How far on the next node along each of the descent's axes lies in a brick (x fastest).
     stride: [usize; 3],
     /// Bricks with a node within the band.
-    cores: Vec<Box<Core>>,
+    cores: Vec<Core>,
     /// Bricks whose own nodes are all cut, and the sign.
     flat: Vec<([u32; 3], bool)>,
     /// Cells without any brick near the band.
@@ -97,7 +97,7 @@ impl Sink for Bricks<'_> {
             if first.abs() >= self.store.units.band && core.nodes.iter().all(|v| *v == first) {
                 self.flat.push((core.key, first < 0.0));
             } else {
-                self.cores.push(core);
+                self.cores.push(*core);
             }
         }
     }

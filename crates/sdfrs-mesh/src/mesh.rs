@@ -36,7 +36,7 @@ impl<'w> Pulse<'w> {
     #[inline(always)]
     pub fn beat(&mut self) -> Result<(), MeshError> {
         self.turns = self.turns.wrapping_add(1);
-        if self.turns % 8192 == 0 { self.ask() } else { Ok(()) }
+        if self.turns.is_multiple_of(8192) { self.ask() } else { Ok(()) }
     }
 
     /// A step after which it is time in any case.
