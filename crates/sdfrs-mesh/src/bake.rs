@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use sdfrs_core::eval::{Isa, isa};
 
 use crate::{
-    Mesh, MeshError, Watch,
+    Mesh, MeshError, Pulse, Watch,
     afterwards::Judge,
     assembly::{SIDE, Store, Units},
     bricks::Bricks,
@@ -114,7 +114,7 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
         None => layout::around(settings, findings.bounds)?,
     };
     let signs = Signs::until(&checked, &findings, settings.sign, watch)?;
-    let mut job = Job::new(&checked, &layout, settings, &budget)?;
+    let mut job = Job::new(&checked, &layout, settings, &budget, watch)?;
     job.closed = findings.closed() && findings.needle_faces == 0;
     let descent = job.descent(&signs, watch)?;
     let values = if settings.sparse { job.sparse(descent, &signs)? } else { job.dense(descent, &signs)? };
@@ -135,14 +135,21 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn of(mesh: &Checked, grid: &Grid) -> Self {
+    /// Of no use once the watch wants no more.
+    fn of(mesh: &Checked, grid: &Grid, watch: &dyn Watch) -> Self {
         let vertex = |v: &[f64; 3]| {
+            if watch.cancelled() {
+                return (1.0, f64::INFINITY);
+            }
             let f = grid.frame(*v);
             (f.abs().max_element(), f.length_squared())
         };
         let both = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.min(b.1));
         let (size, nearest) = mesh.vertices.par_iter().map(vertex).reduce(|| (1.0, f64::INFINITY), both);
         let edge = |face: usize| {
+            if watch.cancelled() {
+                return 0.0;
+            }
             let [a, b, c] = mesh.corners(face).map(DVec3::from_array);
             (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared())
         };
@@ -176,6 +183,7 @@ impl<'a> Job<'a> {
         layout: &'a Layout,
         settings: &'a Settings,
         budget: &'a Budget,
+        watch: &dyn Watch,
     ) -> Result<Self, MeshError> {
         let Layout { dims, lo, hi } = *layout;
         let unit =
@@ -184,7 +192,8 @@ impl<'a> Job<'a> {
         let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
         let (first, last) = (unit(lo), unit(hi));
         let grid = Grid::new(first, last, dims, nodes);
-        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid);
+        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid, watch);
+        Pulse::new(watch).ask()?;
         let scale = mesh.scale * grid.scale;
         if !(size < 1e9) {
             let message =
@@ -225,7 +234,7 @@ impl<'a> Job<'a> {
         self.budget.take((faces * each) as u64, "triangles in their frames")?;
         let corners = |f: usize| self.mesh.faces[f].map(|v| self.grid.frame(self.mesh.vertices[v as usize]));
         let order = clusters::order(corners, faces, watch)?;
-        let (tris, slabs) = prepare(self.mesh, &self.grid, &order);
+        let (tris, slabs) = prepare(self.mesh, &self.grid, &order, watch)?;
         let band = f64::from(self.band) / f64::from(self.scale);
         Ok(Descent {
             tris,

@@ -105,7 +105,9 @@ pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings)
     let pulse = &mut pulse;
     believe(mesh, pulse)?;
     let mut faces = mesh.faces.clone();
+    pulse.ask()?;
     let used = frame::used(mesh, &faces);
+    pulse.ask()?;
     let mut bounds = frame::bounds(mesh, &used);
     pulse.ask()?;
     let mut pass = Pass::new(mesh, &faces, &used, bounds, pulse)?;
@@ -214,7 +216,9 @@ impl Pass {
         let needles = std::mem::take(&mut self.needles);
         let degenerate = self.collapsed + needles.len() as u64;
         let edges = survey::survey(&mut self.kept, &needles, self.vertices.len(), pulse)?;
+        let components = weld::components(&self.kept, self.vertices.len(), pulse)?;
         let volume = volume(&self.vertices, &self.kept);
+        pulse.ask()?;
         let findings = Findings {
             vertices: mesh.vertices.len() as u64,
             faces: mesh.faces.len() as u64,
@@ -227,7 +231,7 @@ impl Pass {
             nonmanifold_edges: edges.nonmanifold,
             nonmanifold_vertices: edges.nonmanifold_vertices,
             misoriented_edges: edges.misoriented,
-            components: weld::components(&self.kept, self.vertices.len(), pulse)?,
+            components,
             watertight: edges.odd == 0,
             manifold: edges.nonmanifold == 0 && edges.nonmanifold_vertices == 0,
             oriented: edges.misoriented == 0,

@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    MeshError, Watch,
+    MeshError, Pulse, Watch,
     budget::Budget,
     check::Checked,
     clusters::CLUSTER,
@@ -281,13 +281,25 @@ impl Descent<'_> {
 }
 
 /// The mesh's triangles in the descent's frame, in their order, and clusters of them.
-pub fn prepare(mesh: &Checked, grid: &Grid, order: &[u32]) -> (Vec<Tri>, Vec<Slab>) {
+pub fn prepare(
+    mesh: &Checked,
+    grid: &Grid,
+    order: &[u32],
+    watch: &dyn Watch,
+) -> Result<(Vec<Tri>, Vec<Slab>), MeshError> {
     let weights = DVec3::from_array(grid.weights.map(f64::from));
     let corners = |f: u32| mesh.faces[f as usize].map(|v| grid.frame(mesh.vertices[v as usize]));
-    let tris = order.par_iter().map(|&f| Tri::new(corners(f), weights)).collect();
+    // Once nobody waits for them, zeros do.
+    let tri = |&f: &u32| if watch.cancelled() { Tri::default() } else { Tri::new(corners(f), weights) };
+    let tris = order.par_iter().map(tri).collect();
     let slab = |cluster: &[u32]| {
+        if watch.cancelled() {
+            return Slab::default();
+        }
         let all: Vec<DVec3> = cluster.iter().flat_map(|&f| corners(f)).collect();
         Slab::new(&all, weights)
     };
-    (tris, order.par_chunks(CLUSTER).map(slab).collect())
+    let slabs = order.par_chunks(CLUSTER).map(slab).collect();
+    Pulse::new(watch).ask()?;
+    Ok((tris, slabs))
 }
