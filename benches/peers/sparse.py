@@ -45,19 +45,35 @@ def run(command: list[str]) -> tuple[str, int, float]:
 
 def main(mesh: str, resolution: str = "1024") -> None:
     base = int(run([sys.executable, "-c", IMPORT])[0]) * 1024
-    print("| dtype | call | texture, MB | most memory beyond the import, MB | CPU s | max_error |\n|---|---|---|---|---|---|")
+    print(
+        "| dtype | call | texture, MB | most memory beyond the import, MB | CPU s | max_error |\n|---|---|---|---|---|---|"
+    )
     for dtype in ("float32", "float16", "uint8"):
         rows = [json.loads(run([sys.executable, "-c", CALL, mesh, resolution, dtype])[0]) for _ in range(3)]
         nbytes, peak, cpu, _, error = (min(column) for column in zip(*rows))
         print(f"| {dtype} | Python | {nbytes / 1e6:.1f} | {peak / 1e6:.1f} | {cpu:.2f} | {error:.1e} |", flush=True)
         with tempfile.TemporaryDirectory() as folder:
             out = str(Path(folder) / "out.npz")
-            command = [sys.executable, "-m", "sdfrs", "convert", mesh, "-o", out, "--resolution", resolution, "--sparse"]
+            command = [
+                sys.executable,
+                "-m",
+                "sdfrs",
+                "convert",
+                mesh,
+                "-o",
+                out,
+                "--resolution",
+                resolution,
+                "--sparse",
+            ]
             start = time.perf_counter()
             _, most, cpu = run([*command, "--dtype", dtype, "--quiet"])
             size = os.path.getsize(out)
             wall = time.perf_counter() - start
-        print(f"| | `sdfrs convert` | {size / 1e6:.1f} (file) | {(most - base) / 1e6:.1f} | {cpu:.2f} ({wall:.1f} wall) | |", flush=True)
+        print(
+            f"| | `sdfrs convert` | {size / 1e6:.1f} (file) | {(most - base) / 1e6:.1f} | {cpu:.2f} ({wall:.1f} wall) | |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

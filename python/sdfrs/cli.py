@@ -150,7 +150,8 @@ def _progress(args: argparse.Namespace) -> Optional[bool]:
 
 
 def _open(args: argparse.Namespace) -> tuple[Any, Any]:
-    from .render import fitted, fitted_camera, reach, set_threads
+    from .camera import fitted
+    from .render import fitted_camera, reach, set_threads
     from .scene import as_scene, load
 
     if args.threads is not None:
