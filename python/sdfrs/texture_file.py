@@ -73,7 +73,7 @@ class _Part:
     def bytes(self) -> Iterator[memoryview]:
         """Little-endian bytes, C order."""
         kind = self.dtype.newbyteorder("<")
-        return (memoryview(np.ascontiguousarray(slab, dtype=kind).reshape(-1)).cast("B") for slab in self.slabs)
+        return (np.ascontiguousarray(slab, dtype=kind).reshape(-1).view(np.uint8).data for slab in self.slabs)
 
 
 def _spans(count: int, each: int) -> Iterator[tuple[int, int]]:

@@ -35,6 +35,7 @@ ROOMS = {
         ["grid"],
         ["descent", "examine", "sides", "leaves"],
         ["afterwards", "assembly"],
+        ["store"],
         ["bricks", "dense"],
         ["bake", "layout"],
     ],

@@ -1,219 +1,50 @@
-//! The bricks of a sparse grid in their final place.
+//! The bricks of a sparse grid put into their final place, when all tasks are done and the triangles gone.
 //!
-//! Tasks leave their bricks' own 8^3 nodes in one growing array. When all are done, and the triangles gone, bricks are put
-//! into the order of their places, whatever the order in which tasks came, and spread in place so that each has an apron of
-//! the next ones' first nodes. So nothing is there twice: what a bake takes beside its result is the mesh and a table.
+//! Bricks come as their own 8^3 nodes, in whatever order tasks had. They are put into the order of their places and spread in
+//! place, from the last, so that each has an apron of the next ones' first nodes.
 //!
 //! Kept are bricks with a node of their own within the band, so that every node within the band is kept by the brick that
 //! owns it. Values are cut at the band, so an apron node of a brick that isn't kept is the band itself. A brick that isn't
 //! kept has a value that bounds |d| from below over all of it, its far walls included.
 //! Law: `tests/sparse.rs` compares all nodes with the dense grid.
 
-use std::sync::{
-    Mutex, PoisonError,
-    atomic::{AtomicU32, Ordering::Relaxed},
-};
-
-use glam::DVec3;
 use rayon::prelude::*;
 use sdfrs_core::grid::Word;
 
-use crate::{
-    MeshError,
-    budget::Budget,
-    descent::Far,
-    grid::{Cell, Grid},
-    shared::Shared,
-};
+use crate::{MeshError, budget::Budget, shared::Shared};
 
 /// Cells along a brick's side, and nodes without the apron.
 pub const SIDE: u32 = 8;
 /// Nodes along a brick's side.
-const NODES: usize = 9;
-const VOLUME: usize = NODES * NODES * NODES;
+pub const NODES: usize = 9;
+pub const VOLUME: usize = NODES * NODES * NODES;
 /// Nodes of a brick without its apron.
 pub const CORE: usize = 512;
 /// A brick of cut nodes alone whose walls reach into the band is bounded, not kept, where the bound is at least this part
 /// of the band.
 const WORTH: f32 = 0.25;
 
-/// Bricks near the surface.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sparse {
-    /// Along x, y and z.
-    pub bricks: [u32; 3],
-    /// One per brick, x fastest: which of the kept ones; or a value of d's sign that |d| is nowhere in the brick less than.
+/// All bricks, nobody else at work on them.
+pub struct Assembly {
+    pub bricks: [usize; 3],
+    pub band: f32,
     pub words: Vec<Word>,
-    /// Kept bricks, 9 x 9 x 9 nodes each (8 cells and the next bricks' first nodes), x fastest.
     pub nodes: Vec<f32>,
 }
 
-/// World units a unit of the descent; and the band, world units.
-#[derive(Debug, Clone, Copy)]
-pub struct Units {
-    pub scale: f32,
-    pub band: f32,
-}
-
-/// A brick's own nodes, x fastest; its place in bricks along the descent's axes.
-pub struct Core {
-    pub key: [u32; 3],
-    pub nodes: [f32; CORE],
-}
-
-/// What all tasks share.
-pub struct Store<'a> {
-    pub grid: &'a Grid,
-    pub units: Units,
-    budget: &'a Budget,
-    /// Along the world's axes.
-    bricks: [usize; 3],
-    /// Words of all bricks, and of one more along each axis: the nodes past the last cells, which are aprons only.
-    words: Vec<AtomicU32>,
-    /// Kept bricks as they came, without aprons.
-    nodes: Mutex<Vec<f32>>,
-}
-
-impl<'a> Store<'a> {
-    pub fn new(
-        grid: &'a Grid,
-        units: Units,
-        bricks: [u32; 3],
-        budget: &'a Budget,
-    ) -> Result<Self, MeshError> {
-        let all = bricks.iter().map(|&n| u64::from(n) + 1).product::<u64>();
-        budget.take(all.saturating_mul(size_of::<Word>() as u64), "the table of bricks")?;
-        let mut words = Vec::new();
-        words
-            .try_reserve_exact(all as usize)
-            .map_err(|_| MeshError::bad("memory", format!("the system has none for {all} bricks")))?;
-        words.extend((0..all).map(|_| AtomicU32::new(Word::far(units.band).bits())));
-        let bricks = bricks.map(|n| n as usize);
-        // About what a surface crosses; pages that stay empty cost nothing, and what begins large grows in place.
-        let (mut nodes, guess) = (Vec::new(), (2.0 * (all as f64).powf(2.0 / 3.0)) as usize);
-        if ((guess * CORE * size_of::<f32>()) as u64) < budget.left() / 4 {
-            reserve(&mut nodes, guess * CORE, 0)?;
-        }
-        Ok(Self { grid, units, budget, bricks, words, nodes: Mutex::new(nodes) })
-    }
-
-    /// The place in the table of a brick given along the descent's axes.
-    fn at(&self, key: [u32; 3]) -> usize {
-        let mut world = [0; 3];
-        for a in 0..3 {
-            world[self.grid.axes[a]] = key[a] as usize;
-        }
-        index(self.bricks, world)
-    }
-
-    fn put(&self, at: usize, word: Word) {
-        self.words[at].store(word.bits(), Relaxed);
-    }
-
-    /// Takes a task's bricks.
-    pub fn keep(&self, cores: &[Core]) -> Result<(), MeshError> {
-        if cores.is_empty() {
-            return Ok(());
-        }
-        self.budget.take((cores.len() * VOLUME * size_of::<f32>()) as u64, "bricks")?;
-        let mut nodes = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
-        reserve(&mut nodes, cores.len() * CORE, self.budget.left())?;
-        for core in cores {
-            self.put(self.at(core.key), word(nodes.len() / CORE)?);
-            nodes.extend_from_slice(&core.nodes);
-        }
+impl Assembly {
+    /// `diagonal` is half a cell's, world units.
+    pub fn finish(&mut self, diagonal: f32, budget: &Budget) -> Result<(), MeshError> {
+        self.bound_walls(diagonal, budget)?;
+        let (kept, behind) = self.order()?;
+        self.spread(kept + behind)?;
+        self.fill_aprons();
+        self.nodes.truncate(kept * VOLUME);
+        self.nodes.shrink_to_fit();
+        self.close_up();
         Ok(())
     }
 
-    /// All nodes cut: every point of the brick has a node within half a cell's diagonal.
-    pub fn flat(&self, key: [u32; 3], inside: bool) {
-        let least = self.within(self.units.band).max(0.0);
-        self.put(self.at(key), Word::far(if inside { -least } else { least }));
-    }
-
-    /// What bounds |d| between nodes of at least `least`.
-    fn within(&self, least: f32) -> f32 {
-        let diagonal = self.grid.half_diagonal() * f64::from(self.units.scale);
-        ((f64::from(least) - diagonal) * (1.0 - 1e-6)) as f32
-    }
-
-    /// Bounds for the bricks of a cell without any near the band.
-    pub fn bound(&self, cell: &Cell, far: &Far) {
-        let Units { scale, band } = self.units;
-        let c = DVec3::from_array(far.centre.map(f64::from));
-        let radius = self.grid.half_diagonal() * f64::from(SIDE) * (1.0 + 1e-6) + 1e-6;
-        let from: [u32; 3] = cell.lo.map(|i| i / SIDE);
-        let to: [u32; 3] = cell.hi.map(|i| i.div_ceil(SIDE));
-        for i in from[0]..to[0] {
-            for j in from[1]..to[1] {
-                for k in from[2]..to[2] {
-                    let middle =
-                        self.grid.place([i, j, k].map(|b| f64::from(b * SIDE) + 0.5 * f64::from(SIDE)));
-                    let least = (f64::from(far.distance) - (middle - c).length() - radius) * f64::from(scale);
-                    let value = (least as f32 * (1.0 - 1e-6)).max(band);
-                    self.put(self.at([i, j, k]), Word::far(if far.inside { -value } else { value }));
-                }
-            }
-        }
-    }
-
-    /// When all tasks are done.
-    pub fn finish(self) -> Result<Sparse, MeshError> {
-        let Self { grid, units, budget, bricks, words, nodes } = self;
-        // In place: the two have the same layout.
-        let words: Vec<Word> = words.into_iter().map(|w| Word::of_bits(w.into_inner())).collect();
-        let nodes = nodes.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let mut all = Assembly { bricks, band: units.band, words, nodes };
-        let diagonal = (grid.half_diagonal() * f64::from(units.scale) * (1.0 + 1e-6)) as f32;
-        all.bound_walls(diagonal, budget)?;
-        let (kept, behind) = all.order()?;
-        all.spread(kept + behind)?;
-        all.fill_aprons();
-        all.nodes.truncate(kept * VOLUME);
-        all.nodes.shrink_to_fit();
-        all.close_up();
-        Ok(Sparse { bricks: bricks.map(|n| n as u32), words: all.words, nodes: all.nodes })
-    }
-}
-
-/// Room for more nodes. Room ahead is never touched before it is used, and large arrays grow without being copied where
-/// the system can move pages.
-fn reserve(nodes: &mut Vec<f32>, more: usize, left: u64) -> Result<(), MeshError> {
-    if nodes.capacity() - nodes.len() >= more {
-        return Ok(());
-    }
-    let ahead = (nodes.len() / 4).min(usize::try_from(left / 4).unwrap_or(usize::MAX));
-    nodes
-        .try_reserve_exact(more + ahead)
-        .or_else(|_| nodes.try_reserve_exact(more))
-        .map_err(|_| MeshError::bad("memory", "the system has none for bricks"))
-}
-
-fn word(slot: usize) -> Result<Word, MeshError> {
-    let slot = u32::try_from(slot).ok().filter(|slot| *slot < Word::SLOTS);
-    slot.map(Word::kept).ok_or_else(|| {
-        MeshError::bad("resolution", format!("over {} bricks lie within the band", Word::SLOTS))
-    })
-}
-
-fn index([nx, ny, _]: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
-    x + (nx + 1) * (y + (ny + 1) * z)
-}
-
-/// One of the eight bricks that a brick's nodes come from.
-fn beyond(brick: [usize; 3], next: usize) -> [usize; 3] {
-    [brick[0] + (next & 1), brick[1] + (next >> 1 & 1), brick[2] + (next >> 2)]
-}
-
-/// All bricks, nobody else at work on them.
-struct Assembly {
-    bricks: [usize; 3],
-    band: f32,
-    words: Vec<Word>,
-    nodes: Vec<f32>,
-}
-
-impl Assembly {
     fn word(&self, brick: [usize; 3]) -> Word {
         self.words[index(self.bricks, brick)]
     }
@@ -416,6 +247,35 @@ fn widen_in_place(nodes: &mut [f32], slot: usize) {
         let from = slot * CORE + 8 * row;
         nodes.copy_within(from..from + 8, slot * VOLUME + row_at(row));
     }
+}
+
+/// Room for more nodes. Room ahead is never touched before it is used, and large arrays grow without being copied where
+/// the system can move pages.
+pub fn reserve(nodes: &mut Vec<f32>, more: usize, left: u64) -> Result<(), MeshError> {
+    if nodes.capacity() - nodes.len() >= more {
+        return Ok(());
+    }
+    let ahead = (nodes.len() / 4).min(usize::try_from(left / 4).unwrap_or(usize::MAX));
+    nodes
+        .try_reserve_exact(more + ahead)
+        .or_else(|_| nodes.try_reserve_exact(more))
+        .map_err(|_| MeshError::bad("memory", "the system has none for bricks"))
+}
+
+pub fn word(slot: usize) -> Result<Word, MeshError> {
+    let slot = u32::try_from(slot).ok().filter(|slot| *slot < Word::SLOTS);
+    slot.map(Word::kept).ok_or_else(|| {
+        MeshError::bad("resolution", format!("over {} bricks lie within the band", Word::SLOTS))
+    })
+}
+
+pub fn index([nx, ny, _]: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
+    x + (nx + 1) * (y + (ny + 1) * z)
+}
+
+/// One of the eight bricks that a brick's nodes come from.
+fn beyond(brick: [usize; 3], next: usize) -> [usize; 3] {
+    [brick[0] + (next & 1), brick[1] + (next >> 1 & 1), brick[2] + (next >> 2)]
 }
 
 /// Bricks in another order, in place: `from` says where the one for each slot is.

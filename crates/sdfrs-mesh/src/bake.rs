@@ -12,7 +12,7 @@ use sdfrs_core::eval::{Isa, isa};
 use crate::{
     Mesh, MeshError, Pulse, Watch,
     afterwards::Judge,
-    assembly::{SIDE, Store, Units},
+    assembly::SIDE,
     bricks::Bricks,
     budget::Budget,
     check::{Checked, Findings, check_until},
@@ -25,9 +25,10 @@ use crate::{
     kernels::Kernels,
     layout::{self, Layout},
     sign::{Method, SignRule, Signs},
+    store::{Store, Units},
 };
 
-pub use crate::assembly::Sparse;
+pub use crate::store::Sparse;
 
 /// Nodes along an axis: at least 2, at most this.
 pub const MAX_RESOLUTION: u32 = 1 << 16;

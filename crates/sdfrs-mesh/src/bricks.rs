@@ -6,9 +6,10 @@
 use crate::{
     MeshError,
     afterwards::Judge,
-    assembly::{CORE, Core, SIDE, Store},
+    assembly::{CORE, SIDE},
     descent::{Far, Sink},
     grid::{Cell, place},
+    store::{Core, Store},
 };
 
 /// One task's bricks.

@@ -31,6 +31,7 @@ pub mod read;
 mod shared;
 mod sides;
 pub mod sign;
+mod store;
 
 pub use error::MeshError;
 pub use mesh::{Mesh, Pulse, Watch};
