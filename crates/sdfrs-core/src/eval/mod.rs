@@ -22,7 +22,7 @@ use crate::{
     tape::Tape,
 };
 
-pub use isa::{Isa, isa};
+pub use isa::{Isa, best, isa};
 use run::{Batch, Slots};
 pub use vectorise::{Kernel, vectorise};
 
