@@ -6,6 +6,8 @@ struct Lists {
     kept: atomic<u32>,
     // Bits of the largest threshold that decided a hit; positive floats compare like their bits.
     threshold: atomic<u32>,
+    // Points by the length of the program they ran: see field/counted.wgsl.
+    points: array<atomic<u32>, LENGTHS>,
     // The halves: u.rays entries each.
     live: array<u32>,
 }

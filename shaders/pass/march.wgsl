@@ -44,7 +44,12 @@ fn march_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     var tally = tallies[k];
     var next = Next(ASK, walkers[k].at);
     select_stack(k);
+    select_patch(k);
     for (var i = 0u; i < u.steps && next.status == ASK; i++) {
+        next = leap(&state, next, range, &tally);
+        if next.status != ASK {
+            break;
+        }
         let s = look(ray, next.t);
         tally.steps += 1u;
         next = walk_step(&state, s, range, &tally);
@@ -60,11 +65,13 @@ fn march_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
         tally.outcome |= next.status;
     }
     tallies[k] = tally;
+    tell_points();
 }
 
 // The sample at t.
 fn look(ray: Ray, t: f32) -> Sample {
     let p = keep3(ray.origin + keep3(t * ray.direction));
+    enter(t);
     let r = keep(field(p));
     let scale = max(max(abs(t), abs(p.x)), max(abs(p.y), abs(p.z)));
     let asked = op_max(u.eps, keep(u.cone * t));

@@ -5,8 +5,10 @@
 //! worse than linear in a function's length. Moving an object changes constants, so the text stays the
 //! same and nothing is compiled. Law (tests/parity.rs): the CPU's bits in strict mode.
 
+mod beam;
 mod consts;
 mod cost;
+pub mod patches;
 mod tape;
 mod text;
 
@@ -16,11 +18,13 @@ use std::{
 };
 
 use sdfrs_core::{
-    Grid,
+    Control, Grid,
     graph::{Graph, INPUTS},
+    prune::Pruner,
 };
 
 use crate::{error::GpuError, pipelines::Binding};
+pub use patches::Patches;
 
 /// Most ops of a function.
 pub const PART: usize = 1000;
@@ -50,6 +54,8 @@ pub struct Emitted {
     pub ops: usize,
     /// Whether the text is the scene itself; else an interpreter, and the scene is among the constants.
     pub compiled: bool,
+    /// Which shortened program runs where, for an interpreter.
+    pub patches: Option<Patches>,
 }
 
 impl Emitted {
@@ -59,8 +65,10 @@ impl Emitted {
     }
 
     /// What the shader sees in group 1.
-    pub fn bindings(&self) -> [Binding; 2] {
-        [if self.is_uniform() { Binding::Uniform } else { Binding::Read }, Binding::Read]
+    pub fn bindings(&self) -> Vec<Binding> {
+        let consts = if self.is_uniform() { Binding::Uniform } else { Binding::Read };
+        let patches = self.patches.as_ref().map(|_| Binding::Read);
+        [consts, Binding::Read].into_iter().chain(patches).collect()
     }
 
     /// The texts to link with a pass.
@@ -95,8 +103,22 @@ pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted
 
 /// Emits a scene as a program for an interpreter, which scenes of the same ops share.
 pub fn emit_interpreted(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
-    let tape::Interpreted { text, rows, instructions } = tape::interpreted(graph)?;
+    let (text, rows, instructions) = tape::interpreted(graph)?;
     Ok(finish(graph, text, rows, strict, instructions, false))
+}
+
+/// Emits a scene as programs for an interpreter, shortened patch by patch of a picture; None where they take
+/// more memory than an adapter is sure to have.
+pub fn emit_patches(
+    graph: &Graph,
+    pruner: &Pruner,
+    raster: &patches::Raster,
+    strict: bool,
+    control: &Control,
+) -> Result<Option<Emitted>, GpuError> {
+    let Some(plan) = patches::plan(graph, pruner, raster, control)? else { return Ok(None) };
+    let emitted = finish(graph, plan.text, plan.rows, strict, plan.instructions, false);
+    Ok(Some(Emitted { patches: Some(plan.patches), ..emitted }))
 }
 
 fn finish(
@@ -111,7 +133,8 @@ fn finish(
     text.hash(&mut hasher);
     let mut consts = rows.into_flattened();
     consts.resize(consts.len().max(4), 0.0);
-    Emitted { text, consts, key: hasher.finish(), grids: graph.grids.clone(), strict, ops, compiled }
+    let (key, grids) = (hasher.finish(), graph.grids.clone());
+    Emitted { text, consts, key, grids, strict, ops, compiled, patches: None }
 }
 
 /// Uniforms are declared as long as they are.

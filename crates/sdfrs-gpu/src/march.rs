@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use sdfrs_core::{
-    Control, Hits, Limits, Rays, Shape, Status,
+    Control, Field, Hits, Limits, Program, Prune, Rays, Shape, Status,
     contract::{Work, check_spans},
     graph::{Form, Graph},
 };
@@ -18,7 +18,10 @@ use crate::{
     contract::{Params, Ray, STATUS, Tally, View},
     device::Device,
     dispatch::{Course, Dispatcher, Ready, tell},
-    emit::{self, Emitted},
+    emit::{
+        self, Emitted, Patches,
+        patches::{LENGTHS, Raster},
+    },
     error::GpuError,
     pipelines::{self, Binding},
     scene::Scene,
@@ -28,9 +31,12 @@ use crate::{
 
 /// Rays of a tile at most.
 const TILE: u64 = 1 << 20;
+/// Operations from which on automatic pruning shortens programs, and operations times pixels: below them
+/// straight lines are faster (docs/gpu.md has the table).
+const WORTH: (u64, u64) = (100, 1_000_000);
 /// Bytes of a buffer at most: what every adapter can bind.
 const BINDING: u64 = 128 << 20;
-/// What the host learns from every dispatch: rays kept, largest threshold.
+/// What the host learns from every dispatch: rays kept, largest threshold, points by length of program.
 const ANSWER: u64 = 8;
 
 /// How the GPU computes.
@@ -78,13 +84,68 @@ pub fn trace(
 pub struct Compiled {
     emitted: Emitted,
     scene: Scene,
+    /// Operations of the CPU's program for a point, so that both devices count alike.
+    ops: u64,
+    /// Seconds that shortening programs took.
+    planned: f64,
 }
 
 impl Compiled {
+    /// The whole scene for every ray.
     pub fn new(device: &Device, shape: &Shape, settings: Settings) -> Result<Self, GpuError> {
+        let program = Program::<f32>::for_tracing(shape)?;
         let emitted = emit::emit(&Graph::new(shape, Form::Walk)?, settings.strict)?;
+        Self::of(device, emitted, program.ops())
+    }
+
+    /// Programs shortened patch by patch of a picture, where that is asked for or pays.
+    pub fn for_picture(
+        device: &Device,
+        shape: &Shape,
+        (raster, prune): (Raster, Prune),
+        settings: Settings,
+        control: &Control,
+    ) -> Result<Self, GpuError> {
+        let program = Program::<f32>::for_tracing(shape)?;
+        let graph = Graph::new(shape, Form::Walk)?;
+        let start = Instant::now();
+        let prune = settle(prune, &program, &raster);
+        let raster = Raster { skip: raster.skip && prune == Prune::Skip, ..raster };
+        let patches = match Field::pruner(&program).filter(|_| prune != Prune::Off) {
+            Some(pruner) => emit::emit_patches(&graph, pruner, &raster, settings.strict, control)?,
+            None => None,
+        };
+        let planned = start.elapsed().as_secs_f64();
+        let emitted = patches.map_or_else(|| emit::emit(&graph, settings.strict), Ok)?;
+        Ok(Self { planned, ..Self::of(device, emitted, program.ops())? })
+    }
+
+    /// A scene emitted already, whose program on the CPU has so many operations.
+    pub fn of(device: &Device, emitted: Emitted, ops: u64) -> Result<Self, GpuError> {
         let scene = Scene::new(device, &emitted)?;
-        Ok(Self { emitted, scene })
+        Ok(Self { emitted, scene, ops, planned: 0.0 })
+    }
+
+    /// Whether programs are shortened patch by patch.
+    pub fn is_patched(&self) -> bool {
+        self.emitted.patches.is_some()
+    }
+
+    /// Bytes that the host reads after a dispatch: a counter for each length of program.
+    fn answer(&self) -> u64 {
+        ANSWER + 4 * if self.is_patched() { LENGTHS as u64 } else { 1 }
+    }
+
+    /// Completes what was run: the whole program for every step, or the probes and the memory of shortened ones.
+    fn count(&self, hits: &mut Hits<f32>) {
+        match &self.emitted.patches {
+            None => hits.work.add(self.ops, hits.steps.iter().map(|n| u64::from(*n)).sum()),
+            Some(patches) => {
+                hits.work.prune = if patches.skip { Prune::Skip } else { Prune::Exact };
+                hits.work.node_evaluations += patches.probed;
+                hits.work.arena_bytes = patches.bytes;
+            }
+        }
     }
 
     /// An entry point of the named modules over this scene, bound to the pass's own buffers.
@@ -104,8 +165,24 @@ impl Compiled {
     }
 }
 
+/// What is pruned of a picture: nothing where that would cost more than it saves.
+fn settle(asked: Prune, program: &Program<f32>, raster: &Raster) -> Prune {
+    let (ops, pixels) = (program.ops(), u64::from(raster.width) * u64::from(raster.height));
+    let Some(pruner) = Field::pruner(program) else { return Prune::Off };
+    match asked {
+        Prune::Off => Prune::Off,
+        // The interpreter gives nothing for programs that stay as long as they are.
+        Prune::Exact | Prune::Auto { skip: false } if !pruner.has_choices() => Prune::Off,
+        Prune::Auto { .. } if ops < WORTH.0 || ops * pixels < WORTH.1 => Prune::Off,
+        Prune::Auto { skip: true } if pruner.has_choices() => Prune::Skip,
+        Prune::Auto { skip: true } => Prune::Off,
+        Prune::Auto { skip: false } => Prune::Exact,
+        asked => asked,
+    }
+}
+
 /// The modules of a march, by name.
-pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
+pub fn modules(parts: &Parts, source: &'static str, patches: Option<&Patches>) -> Vec<&'static str> {
     let common = [
         "contract",
         "number",
@@ -116,7 +193,12 @@ pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
         "pass/march",
         "source/pair",
     ];
-    common.iter().chain(parts.modules).copied().collect()
+    let field: &[_] = match patches {
+        None => &["field/whole", "tracer/no_leap"],
+        Some(Patches { skip: false, .. }) => &["field/patches", "field/counted", "tracer/no_leap"],
+        Some(_) => &["field/patches", "field/counted", "tracer/leap"],
+    };
+    common.iter().chain(field).chain(parts.modules).copied().collect()
 }
 
 /// The modules' texts by name.
@@ -182,7 +264,7 @@ impl<'a> Job<'a> {
             factor: parts.factor,
             ..Params::default()
         };
-        let modules = modules(&parts, source(from));
+        let modules = modules(&parts, source(from), scene.emitted.patches.as_ref());
         Ok(Self { device, scene, parts, params, modules, control })
     }
 
@@ -228,14 +310,15 @@ impl<'a> Job<'a> {
             if let From::Host(source) = from {
                 upload_rays(self.device, &memory.rays, *source, base, rays)?;
             }
-            self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits.threshold)?;
+            self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits)?;
             let traced =
                 Traced { params, uniform: &memory.uniform, rays: &memory.rays, tallies: &memory.tallies };
             self.collect(&memory, &mut hits, base, rays)?;
             walked += start.elapsed().as_secs_f64();
             then(&traced, base, &mut dispatcher)?;
         }
-        Ok((hits, Course { walked, ..dispatcher.course }))
+        self.scene.count(&mut hits);
+        Ok((hits, Course { walked: walked + self.scene.planned, ..dispatcher.course }))
     }
 
     fn memory(&self, tile: usize, from_host: bool) -> Result<Memory, GpuError> {
@@ -243,15 +326,17 @@ impl<'a> Job<'a> {
         let storage = |what: &str, bytes: u64| buffers::make(device, what, bytes, Use::Storage);
         let uniform = buffers::make(device, "parameters", size_of::<Params>() as u64, Use::Uniform)?;
         let rays = storage("rays", if from_host { tile * size_of::<Ray>() as u64 } else { 32 })?;
-        let lists = storage("lists", ANSWER + 2 * 4 * tile)?;
+        let lists = storage("lists", self.scene.answer() + 2 * 4 * tile)?;
         let walkers = storage("walks", tile * self.parts.walker_bytes)?;
         let tallies = storage("tallies", tile * size_of::<Tally>() as u64)?;
         let stack = storage("stacks", tile * u64::from(self.params.depth) * 8)?;
         let own = [&uniform, &rays, &lists, &walkers, &tallies, &stack];
         let ready = |entry: &str| self.scene.ready(device, &self.modules, entry, &GROUP, &own);
         let (begin, pass) = (ready("march_begin")?, ready("march_pass")?);
-        let (answer, results) =
-            (Reader::new(device, ANSWER)?, Reader::new(device, tile * size_of::<Tally>() as u64)?);
+        let (answer, results) = (
+            Reader::new(device, self.scene.answer())?,
+            Reader::new(device, tile * size_of::<Tally>() as u64)?,
+        );
         Ok(Memory { uniform, rays, lists, tallies, begin, pass, answer, results })
     }
 
@@ -262,12 +347,14 @@ impl<'a> Job<'a> {
         params: Params,
         shares: &mut Shares,
         dispatcher: &mut Dispatcher<'_>,
-        threshold: &mut f32,
+        hits: &mut Hits<f32>,
     ) -> Result<(), GpuError> {
         let device = self.device;
-        buffers::write(device, &memory.lists, 0, &[0; ANSWER as usize])?;
+        let bytes = self.scene.answer();
+        let mut counted = Counted::new(&self.scene.emitted);
+        buffers::write(device, &memory.lists, 0, &vec![0; bytes as usize])?;
         tell(device, &memory.uniform, &params)?;
-        dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, ANSWER, |_| ())?;
+        dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, bytes, |_| ())?;
         shares.restart();
         let (mut live, mut half_read) = (params.rays, 0);
         while live > 0 {
@@ -283,13 +370,17 @@ impl<'a> Job<'a> {
                     share.rays,
                     &memory.answer,
                     &memory.lists,
-                    ANSWER,
-                    |bytes| bytemuck::bytes_of_mut(&mut answer).copy_from_slice(bytes),
+                    bytes,
+                    |bytes| {
+                        let words: &[u32] = bytemuck::cast_slice(bytes);
+                        answer.copy_from_slice(&words[..2]);
+                        counted.take(&words[2..], &mut hits.work);
+                    },
                 )?;
                 shares.learn(share, share.rays == live, cost);
                 first += share.rays;
                 kept = answer[0];
-                *threshold = threshold.max(f32::from_bits(answer[1]));
+                hits.threshold = hits.threshold.max(f32::from_bits(answer[1]));
                 let ended = first.saturating_sub(kept);
                 self.control.advance(u64::from(ended.saturating_sub(reported)));
                 reported = reported.max(ended);
@@ -317,6 +408,29 @@ impl<'a> Job<'a> {
                 put(hits, base + i, tally);
             }
         })
+    }
+}
+
+/// Points by the length of the program they ran, as counters that never go back to 0 but around.
+struct Counted<'a> {
+    lengths: &'a [u64],
+    before: Vec<u32>,
+}
+
+impl<'a> Counted<'a> {
+    fn new(emitted: &'a Emitted) -> Self {
+        let lengths = emitted.patches.as_ref().map_or(&[][..], |patches| &patches.lengths);
+        Self { lengths, before: vec![0; lengths.len()] }
+    }
+
+    /// Adds what was counted since the last time.
+    fn take(&mut self, counters: &[u32], work: &mut Work) {
+        for ((ops, before), now) in self.lengths.iter().zip(&mut self.before).zip(counters) {
+            let points = now.wrapping_sub(std::mem::replace(before, *now));
+            if points > 0 {
+                work.add(*ops, points.into());
+            }
+        }
     }
 }
 

@@ -21,8 +21,9 @@ const GROUP: [Binding; 5] =
     [Binding::Uniform, Binding::Read, Binding::Read, Binding::Read, Binding::ReadWrite];
 
 /// The modules of the pass, by name.
-pub fn modules(source: &'static str) -> [&'static str; 7] {
-    ["contract", "number", source, "source/pair", "shade/normal", "shade/direct", "pass/shade"]
+pub fn modules(source: &'static str, patched: bool) -> [&'static str; 8] {
+    let field = if patched { "field/patches" } else { "field/whole" };
+    ["contract", "number", source, "source/pair", field, "shade/normal", "shade/direct", "pass/shade"]
 }
 
 /// The shading of a scene, compiled.
@@ -115,7 +116,7 @@ impl<'a> Shader<'a> {
     fn bind(&self, traced: &Traced<'_>) -> Result<Memory, GpuError> {
         let bytes = u64::from(traced.params.rays) * size_of::<Shaded>() as u64;
         let shaded = buffers::make(self.device, "pixels", bytes, Use::Storage)?;
-        let modules = modules(self.source);
+        let modules = modules(self.source, self.scene.is_patched());
         let own = [traced.uniform, traced.rays, traced.tallies, &self.lights, &shaded];
         let ready = self.scene.ready(self.device, &modules, "shade_pass", &GROUP, &own)?;
         Ok(Memory { ready, shaded, reader: Reader::new(self.device, bytes)? })

@@ -18,6 +18,13 @@ pub struct Parts {
     pub stack: Stack,
 }
 
+impl Parts {
+    /// Whether it is a guarded stepper, which may leap over slabs in which nothing is.
+    pub fn can_leap(&self) -> bool {
+        self.modules.contains(&"tracer/guarded")
+    }
+}
+
 /// How many spans a ray may have to remember.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stack {
