@@ -15,7 +15,7 @@ struct Shaded {
 
 @compute @workgroup_size(64)
 fn shade_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let k = id.y * groups.x * 64u + id.x;
+    let k = place_of(id, groups);
     if k >= u.count {
         return;
     }

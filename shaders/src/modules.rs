@@ -37,6 +37,7 @@ modules! {
     NUMBER "number"
     PASS_LISTS "pass/lists"
     PASS_MARCH "pass/march"
+    PASS_VOXELS "pass/voxels"
     PASS_SHADE "pass/shade"
     SHADE_DIRECT "shade/direct"
     SHADE_NORMAL "shade/normal"
@@ -70,6 +71,10 @@ modules! {
     TRACER_TALLY "tracer/tally"
     TRACER_WALK "tracer/walk"
     TRACER_WIDE "tracer/wide"
+    VOXEL_LINES "voxel/lines"
+    VOXEL_PLACED "voxel/placed"
+    VOXEL_ROOT "voxel/root"
+    VOXEL_WALK "voxel/walk"
 }
 
 /// What every scene calls: its memory, the ops and their gradients. The uniform `u` with a member `zero`

@@ -23,7 +23,9 @@ use sdfrs_core::{
     prune::Pruner,
 };
 
-use crate::{error::GpuError, pipelines::Binding};
+use sdfrs_trace::voxel::Placed;
+
+use crate::{error::GpuError, grids, pipelines::Binding};
 pub use patches::Patches;
 
 /// Most ops of a function.
@@ -98,13 +100,13 @@ pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted
     let packed = consts::Packed::new(graph, &order)?;
     let mut text = declaration(packed.rows.len());
     text::scene(&mut text, graph, &order, &packed.arguments, part.max(1));
-    Ok(finish(graph, text, packed.rows, strict, order.len(), true))
+    Ok(finish(&graph.grids, text, packed.rows, strict, order.len(), true))
 }
 
 /// Emits a scene as a program for an interpreter, which scenes of the same ops share.
 pub fn emit_interpreted(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
     let (text, rows, instructions) = tape::interpreted(graph)?;
-    Ok(finish(graph, text, rows, strict, instructions, false))
+    Ok(finish(&graph.grids, text, rows, strict, instructions, false))
 }
 
 /// Emits a scene as programs for an interpreter, shortened patch by patch of a picture; None where they take
@@ -117,12 +119,25 @@ pub fn emit_patches(
     control: &Control,
 ) -> Result<Option<Emitted>, GpuError> {
     let Some(plan) = patches::plan(graph, pruner, raster, control)? else { return Ok(None) };
-    let emitted = finish(graph, plan.text, plan.rows, strict, plan.instructions, false);
+    let emitted = finish(&graph.grids, plan.text, plan.rows, strict, plan.instructions, false);
     Ok(Some(Emitted { patches: Some(plan.patches), ..emitted }))
 }
 
+/// What the walk from voxel to voxel sees of a texture that stands alone: the grid's constants, and the way
+/// from the scene to its cells.
+pub fn emit_voxels(placed: &Placed, strict: bool) -> Result<Emitted, GpuError> {
+    let grid = placed.grid();
+    let all = std::slice::from_ref(grid);
+    let (parts, _) = grids::layout(all)?;
+    let to_cells = placed.to_cells().map(|row| row.map(|v| v as f32));
+    let rows: Vec<_> = grids::rows(grid, &parts[0]).into_iter().chain(to_cells).collect();
+    let (kind, rule) = (grids::kind(grid), grids::rule(grid));
+    let text = declaration(rows.len()) + &format!("const KIND: u32 = {kind}u;\nconst RULE: u32 = {rule}u;\n");
+    Ok(finish(all, text, rows, strict, 1, true))
+}
+
 fn finish(
-    graph: &Graph,
+    grids: &[Arc<Grid>],
     text: String,
     rows: Vec<[f32; 4]>,
     strict: bool,
@@ -133,7 +148,7 @@ fn finish(
     text.hash(&mut hasher);
     let mut consts = rows.into_flattened();
     consts.resize(consts.len().max(4), 0.0);
-    let (key, grids) = (hasher.finish(), graph.grids.clone());
+    let (key, grids) = (hasher.finish(), grids.to_vec());
     Emitted { text, consts, key, grids, strict, ops, compiled, patches: None }
 }
 

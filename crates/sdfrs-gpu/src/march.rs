@@ -7,51 +7,33 @@
 use std::time::Instant;
 
 use sdfrs_core::{
-    Control, Field, Hits, Limits, Program, Prune, Rays, Shape, Status,
+    Control, Hits, Limits, Rays, Shape, Status,
     contract::{Work, check_spans},
-    graph::{Form, Graph},
 };
-use sdfrs_trace::{Tracer, march::Source};
+use sdfrs_trace::{
+    Tracer,
+    march::Source,
+    voxel::{self, Placed},
+};
 
+pub use crate::compiled::{Compiled, From, Settings};
 use crate::{
     buffers::{self, Reader, Use},
-    contract::{Params, Ray, STATUS, Tally, View},
+    compiled::source,
+    contract::{Line, Params, Ray, STATUS, Tally},
     device::Device,
     dispatch::{Course, Dispatcher, Ready, tell},
-    emit::{
-        self, Emitted, Patches,
-        patches::{LENGTHS, Raster},
-    },
+    emit::Patches,
     error::GpuError,
-    pipelines::{self, Binding},
-    scene::Scene,
+    pipelines::Binding,
     share::Shares,
-    tracer::{self, Parts},
+    tracer::Parts,
 };
 
 /// Rays of a tile at most.
 const TILE: u64 = 1 << 20;
-/// Operations from which on automatic pruning shortens programs, and operations times pixels: below them
-/// straight lines are faster (docs/gpu.md has the table).
-const WORTH: (u64, u64) = (100, 1_000_000);
 /// Bytes of a buffer at most: what every adapter can bind.
 const BINDING: u64 = 128 << 20;
-/// What the host learns from every dispatch: rays kept, largest threshold, points by length of program.
-const ANSWER: u64 = 8;
-
-/// How the GPU computes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Settings {
-    /// Arithmetic in the order it is written: the bits of the CPU's f32 on drivers that round correctly.
-    pub strict: bool,
-}
-
-/// Where the rays of a call come from.
-pub enum From<'a> {
-    Host(&'a dyn Source<f32>),
-    /// Made by the GPU: axes, the end of every ray.
-    Camera(View, f32),
-}
 
 /// What a tile of rays came to, while it lies on the GPU.
 pub struct Traced<'a> {
@@ -80,134 +62,6 @@ pub fn trace(
     job.run(rays.origins.len(), &From::Host(rays), None, |_, _, _| Ok(()))
 }
 
-/// A scene in the form that tracers walk, on a device.
-pub struct Compiled {
-    emitted: Emitted,
-    scene: Scene,
-    /// Operations of the CPU's program for a point, so that both devices count alike.
-    ops: u64,
-    /// Seconds that shortening programs took.
-    planned: f64,
-}
-
-impl Compiled {
-    /// The whole scene for every ray.
-    pub fn new(device: &Device, shape: &Shape, settings: Settings) -> Result<Self, GpuError> {
-        let program = Program::<f32>::for_tracing(shape)?;
-        let emitted = emit::emit(&Graph::new(shape, Form::Walk)?, settings.strict)?;
-        Self::of(device, emitted, program.ops())
-    }
-
-    /// Programs shortened patch by patch of a picture, where that is asked for or pays.
-    pub fn for_picture(
-        device: &Device,
-        shape: &Shape,
-        (raster, prune): (Raster, Prune),
-        settings: Settings,
-        control: &Control,
-    ) -> Result<Self, GpuError> {
-        let program = Program::<f32>::for_tracing(shape)?;
-        let graph = Graph::new(shape, Form::Walk)?;
-        let start = Instant::now();
-        let prune = settle(prune, &program, &raster);
-        let raster = Raster { skip: raster.skip && prune == Prune::Skip, ..raster };
-        let patches = match Field::pruner(&program).filter(|_| prune != Prune::Off) {
-            Some(pruner) => emit::emit_patches(&graph, pruner, &raster, settings.strict, control)?,
-            None => None,
-        };
-        let planned = start.elapsed().as_secs_f64();
-        let emitted = patches.map_or_else(|| emit::emit(&graph, settings.strict), Ok)?;
-        Ok(Self { planned, ..Self::of(device, emitted, program.ops())? })
-    }
-
-    /// A scene emitted already, whose program on the CPU has so many operations.
-    pub fn of(device: &Device, emitted: Emitted, ops: u64) -> Result<Self, GpuError> {
-        let scene = Scene::new(device, &emitted)?;
-        Ok(Self { emitted, scene, ops, planned: 0.0 })
-    }
-
-    /// Whether programs are shortened patch by patch.
-    pub fn is_patched(&self) -> bool {
-        self.emitted.patches.is_some()
-    }
-
-    /// Bytes that the host reads after a dispatch: a counter for each length of program.
-    fn answer(&self) -> u64 {
-        ANSWER + 4 * if self.is_patched() { LENGTHS as u64 } else { 1 }
-    }
-
-    /// Completes what was run: the whole program for every step, or the probes and the memory of shortened ones.
-    fn count(&self, hits: &mut Hits<f32>) {
-        match &self.emitted.patches {
-            None => hits.work.add(self.ops, hits.steps.iter().map(|n| u64::from(*n)).sum()),
-            Some(patches) => {
-                hits.work.prune = if patches.skip { Prune::Skip } else { Prune::Exact };
-                hits.work.node_evaluations += patches.probed;
-                hits.work.arena_bytes = patches.bytes;
-            }
-        }
-    }
-
-    /// An entry point of the named modules over this scene, bound to the pass's own buffers.
-    pub fn ready(
-        &self,
-        device: &Device,
-        modules: &[&str],
-        entry: &str,
-        bindings: &[Binding],
-        buffers: &[&wgpu::Buffer],
-    ) -> Result<Ready, GpuError> {
-        let text = self.emitted.link(&texts(modules), entry)?;
-        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &self.emitted.bindings()])?;
-        let own = pipelines::bind(device, &pipeline, 0, buffers)?;
-        let groups = vec![own, self.scene.bind(device, &pipeline)?];
-        Ok(Ready { pipeline, groups })
-    }
-}
-
-/// What is pruned of a picture: nothing where that would cost more than it saves.
-fn settle(asked: Prune, program: &Program<f32>, raster: &Raster) -> Prune {
-    let (ops, pixels) = (program.ops(), u64::from(raster.width) * u64::from(raster.height));
-    let Some(pruner) = Field::pruner(program) else { return Prune::Off };
-    match asked {
-        Prune::Off => Prune::Off,
-        // The interpreter gives nothing for programs that stay as long as they are.
-        Prune::Exact | Prune::Auto { skip: false } if !pruner.has_choices() => Prune::Off,
-        Prune::Auto { .. } if ops < WORTH.0 || ops * pixels < WORTH.1 => Prune::Off,
-        Prune::Auto { skip: true } if pruner.has_choices() => Prune::Skip,
-        Prune::Auto { skip: true } => Prune::Off,
-        Prune::Auto { skip: false } => Prune::Exact,
-        asked => asked,
-    }
-}
-
-/// The modules of a march, by name.
-pub fn modules(parts: &Parts, source: &'static str, patches: Option<&Patches>) -> Vec<&'static str> {
-    let common = [
-        "contract",
-        "number",
-        source,
-        "tracer/walk",
-        "tracer/tally",
-        "pass/lists",
-        "pass/march",
-        "source/pair",
-    ];
-    let field: &[_] = match patches {
-        None => &["field/whole", "tracer/no_leap"],
-        Some(Patches { skip: false, .. }) => &["field/patches", "field/counted", "tracer/no_leap"],
-        Some(_) => &["field/patches", "field/counted", "tracer/leap"],
-    };
-    common.iter().chain(field).chain(parts.modules).copied().collect()
-}
-
-/// The modules' texts by name.
-pub fn texts(modules: &[&str]) -> Vec<&'static str> {
-    let of = |name: &&str| sdfrs_shaders::ALL.iter().find(|m| m.name == *name);
-    // The linker names what is missing; a test links all combinations.
-    modules.iter().filter_map(of).map(|m| m.text).collect()
-}
-
 /// A tracer, compiled for a scene.
 pub struct Job<'a> {
     device: &'a Device,
@@ -224,6 +78,8 @@ struct Memory {
     rays: wgpu::Buffer,
     lists: wgpu::Buffer,
     tallies: wgpu::Buffer,
+    /// Stacks, or lines.
+    own: wgpu::Buffer,
     begin: Ready,
     pass: Ready,
     answer: Reader,
@@ -252,7 +108,7 @@ impl<'a> Job<'a> {
     ) -> Result<Self, GpuError> {
         tracer.check()?;
         limits.check()?;
-        let parts = tracer::parts_of(tracer);
+        let parts = scene.parts(tracer);
         let eps = limits.eps as f32;
         let params = Params {
             max_steps: limits.max_steps,
@@ -264,13 +120,19 @@ impl<'a> Job<'a> {
             factor: parts.factor,
             ..Params::default()
         };
-        let modules = modules(&parts, source(from), scene.emitted.patches.as_ref());
+        let modules = scene.modules(&parts, source(from));
         Ok(Self { device, scene, parts, params, modules, control })
+    }
+
+    /// Bytes of a ray's stack, or of its line in cells.
+    fn own_bytes(&self) -> u64 {
+        let line = if self.scene.lines().is_some() { size_of::<Line>() as u64 } else { 0 };
+        line.max(u64::from(self.params.depth) * 8)
     }
 
     /// Rays of a tile: whole bands of blocks where the rays are an image's and the memory allows it.
     fn tile(&self, width: Option<u32>) -> u64 {
-        let entry = self.parts.walker_bytes.max(32).max(u64::from(self.params.depth) * 8);
+        let entry = self.parts.walker_bytes.max(32).max(self.own_bytes());
         let most = (BINDING / entry).clamp(1, TILE);
         match width.map(|w| 8 * u64::from(w)) {
             Some(band) if band <= most => most - most % band,
@@ -309,6 +171,9 @@ impl<'a> Job<'a> {
                 Params { rays: rays as u32, base: base as u32, blocks: blocks.into(), ..self.params };
             if let From::Host(source) = from {
                 upload_rays(self.device, &memory.rays, *source, base, rays)?;
+                if let Some(placed) = self.scene.lines() {
+                    upload_lines(self.device, &memory.own, (*source, placed), base, rays)?;
+                }
             }
             self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits)?;
             let traced =
@@ -318,7 +183,11 @@ impl<'a> Job<'a> {
             then(&traced, base, &mut dispatcher)?;
         }
         self.scene.count(&mut hits);
-        Ok((hits, Course { walked: walked + self.scene.planned, ..dispatcher.course }))
+        if self.scene.walks_voxels() {
+            // What a root was looked for with.
+            hits.threshold = self.params.eps;
+        }
+        Ok((hits, Course { walked: walked + self.scene.planned(), ..dispatcher.course }))
     }
 
     fn memory(&self, tile: usize, from_host: bool) -> Result<Memory, GpuError> {
@@ -329,15 +198,16 @@ impl<'a> Job<'a> {
         let lists = storage("lists", self.scene.answer() + 2 * 4 * tile)?;
         let walkers = storage("walks", tile * self.parts.walker_bytes)?;
         let tallies = storage("tallies", tile * size_of::<Tally>() as u64)?;
-        let stack = storage("stacks", tile * u64::from(self.params.depth) * 8)?;
-        let own = [&uniform, &rays, &lists, &walkers, &tallies, &stack];
-        let ready = |entry: &str| self.scene.ready(device, &self.modules, entry, &GROUP, &own);
-        let (begin, pass) = (ready("march_begin")?, ready("march_pass")?);
+        let own = storage("stacks", tile * self.own_bytes())?;
+        let bound = [&uniform, &rays, &lists, &walkers, &tallies, &own];
+        let ready = |entry: &str| self.scene.walk().ready(device, &self.modules, entry, &GROUP, &bound);
+        let [begin, pass] = self.scene.entries();
+        let (begin, pass) = (ready(begin)?, ready(pass)?);
         let (answer, results) = (
             Reader::new(device, self.scene.answer())?,
             Reader::new(device, tile * size_of::<Tally>() as u64)?,
         );
-        Ok(Memory { uniform, rays, lists, tallies, begin, pass, answer, results })
+        Ok(Memory { uniform, rays, lists, tallies, own, begin, pass, answer, results })
     }
 
     /// Walks the rays of a tile to their ends.
@@ -351,7 +221,7 @@ impl<'a> Job<'a> {
     ) -> Result<(), GpuError> {
         let device = self.device;
         let bytes = self.scene.answer();
-        let mut counted = Counted::new(&self.scene.emitted);
+        let mut counted = Counted::new(self.scene.patches());
         buffers::write(device, &memory.lists, 0, &vec![0; bytes as usize])?;
         tell(device, &memory.uniform, &params)?;
         dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, bytes, |_| ())?;
@@ -418,8 +288,8 @@ struct Counted<'a> {
 }
 
 impl<'a> Counted<'a> {
-    fn new(emitted: &'a Emitted) -> Self {
-        let lengths = emitted.patches.as_ref().map_or(&[][..], |patches| &patches.lengths);
+    fn new(patches: Option<&'a Patches>) -> Self {
+        let lengths = patches.map_or(&[][..], |patches| &patches.lengths);
         Self { lengths, before: vec![0; lengths.len()] }
     }
 
@@ -431,14 +301,6 @@ impl<'a> Counted<'a> {
                 work.add(*ops, points.into());
             }
         }
-    }
-}
-
-/// The shader module that gives the rays.
-pub fn source(from: &From<'_>) -> &'static str {
-    match from {
-        From::Host(_) => "source/batch",
-        From::Camera(..) => "source/camera",
     }
 }
 
@@ -463,6 +325,22 @@ fn upload_rays(
         .map(|r| Ray { origin: r.origin, t_min: r.t_min, direction: r.direction, t_max: r.t_max })
         .collect();
     buffers::write(device, buffer, 0, bytemuck::cast_slice(&rays))
+}
+
+fn upload_lines(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    (source, placed): (&dyn Source<f32>, &Placed),
+    base: usize,
+    count: usize,
+) -> Result<(), GpuError> {
+    let line = |i: usize| {
+        let ray = source.ray(i);
+        let voxel::Line { o, d, speed } = placed.line(&ray);
+        Line { o, t_min: ray.t_min, d, t_max: ray.t_max, speed, ..Line::default() }
+    };
+    let lines: Vec<Line> = (base..base + count).map(line).collect();
+    buffers::write(device, buffer, 0, bytemuck::cast_slice(&lines))
 }
 
 fn blank(n: usize) -> Hits<f32> {

@@ -16,11 +16,12 @@ use sdfrs_trace::{
 
 use crate::{
     camera,
+    compiled::{Compiled, From as Rays, Settings, source},
     device::Device,
     dispatch::{Course, Dispatcher},
     emit::patches::Raster,
     error::GpuError,
-    march::{self, Compiled, From as Rays, Job, Settings, Traced},
+    march::{Job, Traced},
     shade::Shader,
     tracer::parts_of,
 };
@@ -92,7 +93,7 @@ pub fn render(
     let raster = view.raster(tracer, limits);
     let scene = Compiled::for_picture(device, what.shape, (raster, limits.prune), settings, control)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let mut shader = Shader::new(device, &scene, march::source(&view.source()), what.lights, &what.surface)?;
+    let mut shader = Shader::new(device, &scene, source(&view.source()), what.lights, &what.surface)?;
     let mut normals = vec![[0f32; 3]; view.pixels];
     let mut rgb = vec![[0u8; 3]; view.pixels];
     let mut shade_seconds = 0.0;

@@ -7,11 +7,12 @@ use sdfrs_trace::shade::{PointLight, Surface, direct::DIRECT};
 
 use crate::{
     buffers::{self, Reader, Use},
+    compiled::Compiled,
     contract::{Light, Params, Shaded},
     device::Device,
     dispatch::{Dispatcher, Ready, tell},
     error::GpuError,
-    march::{Compiled, Traced},
+    march::Traced,
     pipelines::Binding,
     share::{Share, Shares},
 };
@@ -116,9 +117,9 @@ impl<'a> Shader<'a> {
     fn bind(&self, traced: &Traced<'_>) -> Result<Memory, GpuError> {
         let bytes = u64::from(traced.params.rays) * size_of::<Shaded>() as u64;
         let shaded = buffers::make(self.device, "pixels", bytes, Use::Storage)?;
-        let modules = modules(self.source, self.scene.is_patched());
+        let modules = modules(self.source, self.scene.patches().is_some());
         let own = [traced.uniform, traced.rays, traced.tallies, &self.lights, &shaded];
-        let ready = self.scene.ready(self.device, &modules, "shade_pass", &GROUP, &own)?;
+        let ready = self.scene.field().ready(self.device, &modules, "shade_pass", &GROUP, &own)?;
         Ok(Memory { ready, shaded, reader: Reader::new(self.device, bytes)? })
     }
 }

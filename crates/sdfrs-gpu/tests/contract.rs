@@ -9,17 +9,20 @@ mod rays;
 use std::mem::{offset_of, size_of};
 
 use sdfrs_core::{
-    Control, Field, Program,
+    Control, Field, Program, Shape,
     graph::{Form, Graph},
+    grid::Stepping,
 };
 use sdfrs_gpu::{
-    contract::{Light, Params, Ray, Shaded, Tally, View},
+    compiled,
+    contract::{Light, Line, Params, Ray, Shaded, Tally, View},
     emit::{
-        Emitted, emit, emit_patches,
+        Emitted, emit, emit_patches, emit_voxels,
         patches::{LENGTHS, Raster},
     },
-    march, tracer,
+    tracer,
 };
+use sdfrs_trace::voxel;
 
 fn parse(text: &str, name: &str) -> naga::Module {
     let module =
@@ -84,9 +87,9 @@ fn every_combination_is_valid() {
                 if patches.is_some_and(|patches| patches.skip) && !parts.can_leap() {
                     continue;
                 }
-                let modules = march::modules(&parts, source, patches);
+                let modules = compiled::modules(&parts, source, patches);
                 for entry in ["march_begin", "march_pass"] {
-                    let text = scene.link(&march::texts(&modules), entry).unwrap();
+                    let text = scene.link(&compiled::texts(&modules), entry).unwrap();
                     let module = parse(&text, &format!("{kind:?} {source} {entry} strict {strict}"));
                     let storage = module
                         .global_variables
@@ -98,8 +101,29 @@ fn every_combination_is_valid() {
                 }
             }
             let modules = sdfrs_gpu::shade::modules(source, patches.is_some());
-            let text = scene.link(&march::texts(&modules), "shade_pass").unwrap();
+            let text = scene.link(&compiled::texts(&modules), "shade_pass").unwrap();
             parse(&text, &format!("shade {source} strict {strict}"));
+        }
+    }
+}
+
+fn texture() -> voxel::Placed {
+    let grid = shapes::grid(9).with_stepping(Stepping::Voxel);
+    voxel::placed(&Shape::texture(grid).unwrap()).unwrap()
+}
+
+#[test]
+fn every_walk_through_voxels_is_valid() {
+    for (strict, source) in [(false, "source/batch"), (false, "source/camera"), (true, "source/batch")] {
+        let scene = emit_voxels(&texture(), strict).unwrap();
+        let parts = tracer::voxels(strict);
+        for entry in ["voxels_begin", "voxels_pass"] {
+            let modules = compiled::voxel_modules(&parts, source);
+            let text = scene.link(&compiled::texts(&modules), entry).unwrap();
+            let module = parse(&text, &format!("{source} {entry} strict {strict}"));
+            if entry == "voxels_pass" {
+                assert_eq!(u64::from(layout(&module, "Walker").1), parts.walker_bytes);
+            }
         }
     }
 }
@@ -109,7 +133,7 @@ fn both_sides_lay_their_structs_out_alike() {
     let scene = scene(true);
     let parts = tracer::parts_of(&rays::tracers()[0]);
     let text =
-        scene.link(&march::texts(&march::modules(&parts, "source/batch", None)), "march_pass").unwrap();
+        scene.link(&compiled::texts(&compiled::modules(&parts, "source/batch", None)), "march_pass").unwrap();
     let module = parse(&text, "march");
     let (members, size) = layout(&module, "Params");
     assert_eq!(size, size_of::<Params>() as u32);
@@ -153,15 +177,22 @@ fn both_sides_lay_their_structs_out_alike() {
     let own: Vec<(String, u32)> = own.iter().map(|(n, o)| ((*n).to_owned(), *o as u32)).collect();
     assert_eq!(members, own);
     let patched = patched(true, true);
-    let modules = march::modules(&parts, "source/batch", patched.patches.as_ref());
-    let counted = parse(&patched.link(&march::texts(&modules), "march_pass").unwrap(), "patched");
+    let modules = compiled::modules(&parts, "source/batch", patched.patches.as_ref());
+    let counted = parse(&patched.link(&compiled::texts(&modules), "march_pass").unwrap(), "patched");
     let (lists, _) = layout(&counted, "Lists");
     assert_eq!((lists[2].1, lists[3].1), (8, 8 + 4 * LENGTHS as u32));
     same_layout!(&module, "Ray", Ray, [origin, t_min, direction, t_max]);
     same_layout!(&module, "Tally", Tally, [steps, fallbacks, accepted, ratios, t, r, witness, outcome]);
 
-    let text =
-        scene.link(&march::texts(&sdfrs_gpu::shade::modules("source/camera", false)), "shade_pass").unwrap();
+    let voxels = emit_voxels(&texture(), true).unwrap();
+    let modules = compiled::voxel_modules(&tracer::voxels(true), "source/batch");
+    let text = voxels.link(&compiled::texts(&modules), "voxels_pass").unwrap();
+    let voxels = parse(&text, "voxels");
+    same_layout!(&voxels, "Line", Line, [o, t_min, d, t_max, speed, unused, unused_too, unused_three]);
+
+    let text = scene
+        .link(&compiled::texts(&sdfrs_gpu::shade::modules("source/camera", false)), "shade_pass")
+        .unwrap();
     let module = parse(&text, "shade");
     same_layout!(&module, "Light", Light, [position, unused, color, unused_too]);
     let (members, size) = layout(&module, "Shaded");
