@@ -38,11 +38,15 @@ const MOST_PATCHES: u64 = 1 << 16;
 /// Children along a side, and along the rays.
 const ACROSS: u32 = 4;
 const ALONG: usize = CELLS;
-/// A program as short as this is not shortened any more; four times as long where that needs too much memory.
+/// Where programs need too much memory, cells are cut less by this factor, and programs longer for their
+/// pixels not written, and so on; until nothing is left to write.
+const LESS: u64 = 4;
+/// A program as short as this is not shortened any more.
 const ENOUGH: u64 = 12;
 /// Cuts in a row that shorten a program by less than a tenth before it is given up.
 const FRUITLESS: u32 = 5;
-/// A cell's own program is written where it is shorter by a quarter than the one it would run otherwise.
+/// A cell's own program is written where it is shorter by a quarter than the one it would run otherwise, and has
+/// fewer operations than the cell has pixels: long ones are shared by many, or their memory outgrows the picture's.
 const OWN: (u64, u64) = (3, 4);
 /// Cells are cut along the rays while they are this much longer than wide.
 const LONG: f64 = 1.5;
@@ -153,8 +157,8 @@ struct Grower<'a> {
     raster: &'a Raster,
     writer: &'a Writer,
     patch: u32,
-    /// A program as short as this is not shortened any more.
-    enough: u64,
+    /// By how much cells are cut less than they might be.
+    less: u64,
     /// Rows of programs so far.
     written: AtomicUsize,
     tools: Mutex<Vec<Tools>>,
@@ -180,14 +184,14 @@ pub fn plan(
 ) -> Result<Option<Plan>, GpuError> {
     let whole = Tape::<f32>::new(graph);
     let (writer, patch) = (Writer::new(&graph.grids)?, side(raster.width, raster.height));
-    let (mut enough, mut probed) = (ENOUGH, 0);
-    while enough < whole.ops() {
+    let (mut less, mut probed) = (1, 0);
+    while ENOUGH * less < whole.ops().max(u64::from(patch * patch)) {
         let grower = Grower {
             pruner,
             raster,
             writer: &writer,
             patch,
-            enough,
+            less,
             written: AtomicUsize::new(0),
             tools: Mutex::default(),
             control,
@@ -206,7 +210,7 @@ pub fn plan(
             let instructions = whole.instructions().len();
             return Ok(Some(Plan { text: all.needs.text()?, rows: all.rows, instructions, patches }));
         }
-        enough *= 4;
+        less *= LESS;
     }
     Ok(None)
 }
@@ -253,7 +257,8 @@ impl Grower<'_> {
         let (children, empty) = self.children(cell, part, line.fruitless);
         let mut branch = Branch::default();
         branch.leaves.extend(empty.into_iter().map(|cell| Leaf { cell, row: Some(EMPTY) }));
-        let own = part.ops() * OWN.1 <= line.otherwise * OWN.0;
+        let side = u64::from(cell.rect.width.max(cell.rect.height));
+        let own = part.ops() * OWN.1 <= line.otherwise * OWN.0 && part.ops() * self.less <= side * side;
         let otherwise = if own { part.ops() } else { line.otherwise };
         let grow = |(child, shorter): (Cell, Part)| {
             let fruitless = if shorter.ops() * 10 > part.ops() * 9 { line.fruitless + 1 } else { 0 };
@@ -280,7 +285,7 @@ impl Grower<'_> {
 
     /// A cell's children with their programs, and the empty ones; none where it is not worth cutting.
     fn children(&self, cell: Cell, part: &Part, fruitless: u32) -> (Vec<(Cell, Part)>, Vec<Cell>) {
-        let done = part.ops() <= self.enough || fruitless >= FRUITLESS;
+        let done = part.ops() <= ENOUGH * self.less || fruitless >= FRUITLESS;
         if done || self.is_full() || self.control.is_cancelled() {
             return Default::default();
         }
