@@ -60,6 +60,7 @@ modules! {
     TRACER_LETTER_BINARY_SPLIT "tracer/letter/binary_split"
     TRACER_LETTER_ENHANCED "tracer/letter/enhanced"
     TRACER_LETTER_ENHANCED_2018 "tracer/letter/enhanced_2018"
+    TRACER_LETTER_LISTING "tracer/letter/listing"
     TRACER_LETTER_RELAXED "tracer/letter/relaxed"
     TRACER_LETTER_RELAXED_2018 "tracer/letter/relaxed_2018"
     TRACER_LETTER_RETRY "tracer/letter/retry"

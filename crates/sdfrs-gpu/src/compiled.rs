@@ -173,6 +173,10 @@ impl Compiled {
     pub fn patches(&self) -> Option<&Patches> {
         self.field.emitted.patches.as_ref()
     }
+    /// Operations of the whole field for a point.
+    pub fn ops(&self) -> u64 {
+        self.ops
+    }
     /// Seconds that shortening programs took.
     pub fn planned(&self) -> f64 {
         self.planned

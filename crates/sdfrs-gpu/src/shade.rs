@@ -67,7 +67,8 @@ impl<'a> Shader<'a> {
             lights: buffers::upload(device, "lights", bytemuck::cast_slice(&lamps), Use::Storage)?,
             albedo: surface.albedo.map(|v| v as f32),
             background: r | (g << 8) | (b << 16),
-            shares: Shares::default(),
+            // A gradient is worth four evaluations.
+            shares: Shares::new(scene.ops().saturating_mul(4)),
             memory: None,
         })
     }

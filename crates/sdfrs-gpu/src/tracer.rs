@@ -76,7 +76,7 @@ pub fn parts_of(tracer: &Tracer) -> Parts {
     }
     macro_rules! letter {
         ($($module:literal),+) => {
-            &["tracer/no_stack", $($module),+]
+            &["tracer/no_stack", "tracer/letter/listing", $($module),+]
         };
     }
     match *tracer {
