@@ -367,7 +367,7 @@ def test_pruning_is_honoured_and_reported():
     for name in ("status", "steps", "fallbacks", "depth", "multiplier", "flags"):
         assert np.array_equal(getattr(whole, name), getattr(exact, name), equal_nan=name == "multiplier"), name
     assert (skip.status == whole.status).mean() >= 0.999
-    assert skip.summary.mean_steps < 0.8 * exact.summary.mean_steps
+    assert skip.summary.mean_steps < 0.9 * exact.summary.mean_steps
     assert skip.summary.mean_ops < exact.summary.mean_ops < whole.summary.mean_ops == 1000
     assert skip.summary.arena_bytes > 0 == whole.summary.arena_bytes
     assert exact.summary.node_evaluations < whole.summary.node_evaluations

@@ -38,6 +38,9 @@ const WORTH_SHORTENING: (u64, u64) = (600, 10_000_000);
 /// largest threshold.
 const ANSWER: u64 = 8;
 
+/// Rounds of loops in a step besides those of the field, roughly and at most: searches, leaps, roots.
+const STEP_LOOPS: u64 = 128;
+
 /// How the GPU computes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Settings {
@@ -176,6 +179,12 @@ impl Compiled {
     /// Operations of the whole field for a point.
     pub fn ops(&self) -> u64 {
         self.ops
+    }
+    /// Steps that a dispatch may take: a driver in software ends loops that go around too often.
+    pub fn most_steps(&self, device: &Device) -> u32 {
+        let rounds = self.walk().emitted.loops + STEP_LOOPS;
+        let most = device.most_loops().map_or(u64::from(u32::MAX), |most| most / rounds);
+        most.clamp(1, u32::MAX.into()) as u32
     }
     /// Seconds that shortening programs took.
     pub fn planned(&self) -> f64 {

@@ -9,6 +9,7 @@ mod beam;
 mod consts;
 mod cost;
 pub mod patches;
+mod slabs;
 mod tape;
 mod text;
 
@@ -19,7 +20,7 @@ use std::{
 
 use sdfrs_core::{
     Control, Grid,
-    graph::{Graph, INPUTS},
+    graph::{Graph, INPUTS, Node},
     prune::Pruner,
 };
 
@@ -54,6 +55,8 @@ pub struct Emitted {
     pub strict: bool,
     /// Number of ops, or of instructions.
     pub ops: usize,
+    /// Most rounds of loops in an evaluation.
+    pub loops: u64,
     /// Whether the text is the scene itself; else an interpreter, and the scene is among the constants.
     pub compiled: bool,
     /// Which shortened program runs where, for an interpreter.
@@ -100,13 +103,15 @@ pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted
     let packed = consts::Packed::new(graph, &order)?;
     let mut text = declaration(packed.rows.len());
     text::scene(&mut text, graph, &order, &packed.arguments, part.max(1));
-    Ok(finish(&graph.grids, text, packed.rows, strict, order.len(), true))
+    let rounds = |id: &u32| graph.node(*id).map_or(0, |n| cost::loops(n.op, constants(graph, n)));
+    let loops = order.iter().map(rounds).sum();
+    Ok(finish(&graph.grids, text, packed.rows, strict, (order.len(), loops), true))
 }
 
 /// Emits a scene as a program for an interpreter, which scenes of the same ops share.
 pub fn emit_interpreted(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
-    let (text, rows, instructions) = tape::interpreted(graph)?;
-    Ok(finish(&graph.grids, text, rows, strict, instructions, false))
+    let (text, rows, length) = tape::interpreted(graph)?;
+    Ok(finish(&graph.grids, text, rows, strict, length, false))
 }
 
 /// Emits a scene as programs for an interpreter, shortened patch by patch of a picture; None where they take
@@ -119,7 +124,7 @@ pub fn emit_patches(
     control: &Control,
 ) -> Result<Option<Emitted>, GpuError> {
     let Some(plan) = patches::plan(graph, pruner, raster, control)? else { return Ok(None) };
-    let emitted = finish(&graph.grids, plan.text, plan.rows, strict, plan.instructions, false);
+    let emitted = finish(&graph.grids, plan.text, plan.rows, strict, plan.length, false);
     Ok(Some(Emitted { patches: Some(plan.patches), ..emitted }))
 }
 
@@ -133,7 +138,7 @@ pub fn emit_voxels(placed: &Placed, strict: bool) -> Result<Emitted, GpuError> {
     let rows: Vec<_> = grids::rows(grid, &parts[0]).into_iter().chain(to_cells).collect();
     let (kind, rule) = (grids::kind(grid), grids::rule(grid));
     let text = declaration(rows.len()) + &format!("const KIND: u32 = {kind}u;\nconst RULE: u32 = {rule}u;\n");
-    Ok(finish(all, text, rows, strict, 1, true))
+    Ok(finish(all, text, rows, strict, (1, 0), true))
 }
 
 fn finish(
@@ -141,7 +146,7 @@ fn finish(
     text: String,
     rows: Vec<[f32; 4]>,
     strict: bool,
-    ops: usize,
+    (ops, loops): (usize, u64),
     compiled: bool,
 ) -> Emitted {
     let mut hasher = DefaultHasher::new();
@@ -149,7 +154,11 @@ fn finish(
     let mut consts = rows.into_flattened();
     consts.resize(consts.len().max(4), 0.0);
     let (key, grids) = (hasher.finish(), grids.to_vec());
-    Emitted { text, consts, key, grids, strict, ops, compiled, patches: None }
+    Emitted { text, consts, key, grids, strict, ops, loops, compiled, patches: None }
+}
+
+fn constants<'a>(graph: &'a Graph, node: &Node) -> &'a [f64] {
+    &graph.consts[node.k as usize..(node.k + node.n) as usize]
 }
 
 /// Uniforms are declared as long as they are.

@@ -160,7 +160,7 @@ impl<'a> Job<'a> {
         // Blocks of pixels need it wherever the rays come from.
         self.params.view.width = width.unwrap_or_default();
         let memory = self.memory(tile, matches!(from, From::Host(_)))?;
-        let mut shares = Shares::new(self.scene.ops());
+        let mut shares = Shares::new(self.scene.ops()).at_most(self.scene.most_steps(self.device));
         let mut walked = 0.0;
         for base in (0..count).step_by(tile) {
             let start = Instant::now();

@@ -21,6 +21,10 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(device: &Device, emitted: &Emitted) -> Result<Self, GpuError> {
+        if let Some(allowed) = device.most_loops().filter(|most| emitted.loops > *most) {
+            let what = "rounds of loops in an evaluation on a driver in software".into();
+            return Err(GpuError::Limits { what, asked: emitted.loops, allowed });
+        }
         let usage = if emitted.is_uniform() { Use::Uniform } else { Use::Storage };
         let data = bytemuck::cast_slice(&emitted.consts);
         let consts = buffers::upload(device, "a scene's constants", data, usage)?;

@@ -30,6 +30,8 @@ pub struct Share {
 pub struct Shares {
     rays: u32,
     steps: u32,
+    /// Steps of a dispatch at most.
+    most: u32,
 }
 
 impl Shares {
@@ -38,12 +40,17 @@ impl Shares {
         let points = (FIRST_OPS / ops.max(1)).max(1);
         let rays = points.min(FIRST_RAYS.into()) as u32;
         let steps = (points / u64::from(rays)).min(FIRST_STEPS.into()) as u32;
-        Self { rays, steps }
+        Self { rays, steps, most: u32::MAX }
+    }
+
+    /// Never more steps than that in a dispatch.
+    pub fn at_most(self, most: u32) -> Self {
+        Self { most, ..self }
     }
 
     /// What to do next of a list with `left` rays.
     pub fn share(&self, left: u32) -> Share {
-        Share { rays: self.rays.min(left), steps: self.steps }
+        Share { rays: self.rays.min(left), steps: self.steps.min(self.most) }
     }
 
     /// A new tile: its rays take many steps at first, and few of them go on for long.

@@ -236,3 +236,22 @@ fn cancelling_stops_the_plan() {
     let stopped = trace_camera(&device, &spheres(500), &camera, walk, Settings::default(), &control);
     assert_eq!(stopped.unwrap_err(), sdfrs_gpu::GpuError::Cancelled);
 }
+
+/// A long walk through a whole long scene, again and again: which rays share a dispatch must not matter.
+#[test]
+fn whole_scenes_are_the_same_every_time() {
+    let Some(device) = common::device() else { return };
+    let camera = camera(Kind::Pinhole { fov_deg: 50.0 }).resized(96, 64);
+    let tracer = Tracer::Basic { guards: true };
+    let mut random = Random(5);
+    let mut ball = || {
+        let [x, y, z] = random.point(1.4);
+        moved(&build("sphere", &[("radius", num(0.02 + 0.06 * random.unit()))], &[]), x, y, z)
+    };
+    let shape = union(&(0..1000).map(|_| ball()).collect::<Vec<_>>(), 0.0);
+    let cpu = on_cpu(&shape, &camera, &tracer);
+    for i in 0..12 {
+        let (gpu, _) = trace(&device, &shape, &camera, &tracer, (Prune::Off, true));
+        assert_same(&format!("run {i}"), &gpu, &cpu);
+    }
+}

@@ -8,12 +8,9 @@
 //! here all is known before the first dispatch, since asking the GPU where its rays are costs more.
 //! Law (tests/patches.rs): strict mode gives the bits of the unpruned scene.
 
-use std::{
-    collections::BTreeSet,
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicUsize, Ordering},
 };
 
 use rayon::prelude::*;
@@ -26,9 +23,11 @@ use sdfrs_core::{
 };
 use sdfrs_trace::camera::Frame;
 
+pub use super::slabs::LENGTHS;
 use super::{
     beam::{Beam, Rect},
-    tape::{self, Needs, Row, Writer},
+    slabs::{Cell, EMPTY, Leaf, number, table},
+    tape::{self, Length, Needs, Row, Writer},
 };
 use crate::error::GpuError;
 
@@ -52,14 +51,12 @@ const OWN: (u64, u64) = (3, 4);
 const LONG: f64 = 1.5;
 /// Shortest slab in units of the hit threshold.
 const SHORTEST: f64 = 64.0;
+/// Depth up to which programs are shortened.
+const FARTHEST: f32 = 1e9;
 /// Rows of all programs, at most: 96 MiB.
 const MOST_ROWS: usize = 6 << 20;
 /// Words of the table, at most: what every adapter can bind.
 const MOST_WORDS: usize = 32 << 20;
-/// Instead of a program's first row: nothing is here.
-const EMPTY: usize = u32::MAX as usize;
-/// Counters of points by the length of the program they ran; shaders/field/counted.wgsl has as many.
-pub const LENGTHS: usize = 1024;
 
 /// The picture whose rays are walked.
 #[derive(Debug, Clone, Copy)]
@@ -94,22 +91,9 @@ pub struct Patches {
 pub struct Plan {
     pub text: String,
     pub rows: Vec<Row>,
-    pub instructions: usize,
+    /// Instructions of the whole, and most rounds of loops in an evaluation of any of the programs.
+    pub length: Length,
     pub patches: Patches,
-}
-
-/// Pixels and a range of depth.
-#[derive(Debug, Clone, Copy)]
-struct Cell {
-    rect: Rect,
-    lo: f32,
-    hi: f32,
-}
-
-/// A cell that is not cut, and its program's first row or [`EMPTY`]; without one it runs its parent's.
-struct Leaf {
-    cell: Cell,
-    row: Option<usize>,
 }
 
 /// What a cell came to.
@@ -121,6 +105,8 @@ struct Branch {
     leaves: Vec<Leaf>,
     needs: Needs,
     probed: u64,
+    /// Most rounds of loops in an evaluation, the whole apart.
+    longest: u64,
 }
 
 impl Branch {
@@ -133,6 +119,7 @@ impl Branch {
         self.leaves.extend(other.leaves.into_iter().map(moved));
         self.needs.join(other.needs);
         self.probed += other.probed;
+        self.longest = self.longest.max(other.longest);
     }
 
     /// Gives a program to all leaves without one.
@@ -182,6 +169,8 @@ pub fn plan(
     raster: &Raster,
     control: &Control,
 ) -> Result<Option<Plan>, GpuError> {
+    // A sample may lie at the end itself.
+    let raster = &Raster { t_max: raster.t_max.min(FARTHEST).next_up(), ..*raster };
     let whole = Tape::<f32>::new(graph);
     let (writer, patch) = (Writer::new(&graph.grids)?, side(raster.width, raster.height));
     let (mut less, mut probed) = (1, 0);
@@ -201,14 +190,17 @@ pub fn plan(
             return Err(GpuError::Cancelled);
         }
         probed += all.probed;
-        let table = table(&all.leaves, raster, patch);
+        let table = table(&all.leaves, (raster.width, raster.height), patch);
         if !grower.is_full() && table.len() <= MOST_WORDS {
             tape::check(&all.rows)?;
             let lengths = number(&mut all.rows, &all.programs);
             let bytes = (size_of_val(&all.rows[..]) + size_of_val(&table[..])) as u64;
             let patches = Patches { table, skip: raster.skip, lengths, probed, bytes };
-            let instructions = whole.instructions().len();
-            return Ok(Some(Plan { text: all.needs.text()?, rows: all.rows, instructions, patches }));
+            // The whole stands there too, but need not run anywhere; listings may sample behind the end.
+            let runs = !raster.skip || all.leaves.iter().any(|leaf| leaf.row.is_none());
+            let length =
+                (whole.instructions().len(), all.longest.max(if runs { tape::loops(&whole) } else { 0 }));
+            return Ok(Some(Plan { text: all.needs.text()?, rows: all.rows, length, patches }));
         }
         less *= LESS;
     }
@@ -277,6 +269,7 @@ impl Grower<'_> {
             self.pruner.program(part, &mut tools.memory, &mut tools.program);
             let before = branch.rows.len();
             branch.close(self.writer, tools.program.tape());
+            branch.longest = branch.longest.max(tape::loops(tools.program.tape()));
             self.written.fetch_add(branch.rows.len() - before, Ordering::Relaxed);
             self.give(tools);
         }
@@ -363,49 +356,4 @@ impl Grower<'_> {
     fn give(&self, tools: Tools) {
         self.tools.lock().unwrap_or_else(PoisonError::into_inner).push(tools);
     }
-}
-
-/// Numbers the programs' lengths in their first rows; beyond [`LENGTHS`] of them neighbours share a number,
-/// and count as the longest.
-fn number(rows: &mut [Row], programs: &[usize]) -> Vec<u64> {
-    let all: BTreeSet<u64> = programs.iter().map(|&row| rows[row][2] as u64).collect();
-    let all: Vec<u64> = all.into_iter().collect();
-    let group = all.len().div_ceil(LENGTHS);
-    for &row in programs {
-        let place = all.partition_point(|ops| *ops < rows[row][2] as u64);
-        rows[row][3] = (place / group) as f32;
-    }
-    all.chunks(group).map(|group| group[group.len() - 1]).collect()
-}
-
-/// The table of a picture's patches.
-fn table(leaves: &[Leaf], raster: &Raster, side: u32) -> Vec<u32> {
-    let (across, down) = (raster.width.div_ceil(side), raster.height.div_ceil(side));
-    let mut slabs: Vec<Vec<(f32, f32, u32)>> = vec![Vec::new(); (across * down) as usize];
-    for Leaf { cell, row } in leaves {
-        let (x, y) = (cell.rect.x / side, cell.rect.y / side);
-        let (right, bottom) =
-            ((cell.rect.x + cell.rect.width).div_ceil(side), (cell.rect.y + cell.rect.height).div_ceil(side));
-        for patch in (y..bottom).flat_map(|y| (x..right).map(move |x| y * across + x)) {
-            // Below 2^24: checked with the rows.
-            slabs[patch as usize].push((cell.lo, cell.hi, row.unwrap_or(0) as u32));
-        }
-    }
-    let mut table = vec![across, side];
-    let first = table.len() + slabs.len() + 1;
-    let mut words: Vec<u32> = Vec::new();
-    for of_patch in &mut slabs {
-        table.push((first + words.len()) as u32);
-        of_patch.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let begin = words.len();
-        for &(_, hi, row) in of_patch.iter() {
-            if words.len() > begin && words[words.len() - 1] == row {
-                words.truncate(words.len() - 2);
-            }
-            words.extend([hi.to_bits(), row]);
-        }
-    }
-    table.push((first + words.len()) as u32);
-    table.extend(words);
-    table
 }

@@ -21,7 +21,7 @@ use sdfrs_core::{
     tape::Tape,
 };
 
-use super::consts::tame;
+use super::{consts::tame, cost};
 use crate::{error::GpuError, grids};
 
 /// Most slots: an invocation keeps them in memory of its own.
@@ -29,6 +29,8 @@ const SLOTS: usize = 512;
 /// Rows before a program's instructions.
 const HEAD: usize = 1;
 
+/// Instructions, and most rounds of loops in an evaluation.
+pub type Length = (usize, u64);
 /// A row of the shader's constants.
 pub type Row = [f32; 4];
 
@@ -110,6 +112,16 @@ impl Writer {
     }
 }
 
+/// Most rounds of the interpreter's loop and of those inside it.
+pub fn loops(tape: &Tape<f32>) -> u64 {
+    let rounds = |ins: &Ins| {
+        let consts = &tape.tables().consts[ins.k as usize..(ins.k + ins.n) as usize];
+        let few: Vec<f64> = consts.iter().take(2).map(|v| f64::from(*v)).collect();
+        1 + if ins.op == Op::SphereUnion { u64::from(ins.n / 4) } else { cost::loops(ins.op, &few) }
+    };
+    tape.instructions().iter().map(rounds).sum()
+}
+
 /// Refuses more rows than f32 can count.
 pub fn check(rows: &[Row]) -> Result<(), GpuError> {
     if rows.len() >= 1 << 24 {
@@ -120,13 +132,13 @@ pub fn check(rows: &[Row]) -> Result<(), GpuError> {
 }
 
 /// The whole of a scene as rows, and a text that runs them.
-pub fn interpreted(graph: &Graph) -> Result<(String, Vec<Row>, usize), GpuError> {
+pub fn interpreted(graph: &Graph) -> Result<(String, Vec<Row>, Length), GpuError> {
     let tape = Tape::<f32>::new(graph);
     let (mut needs, mut rows) = (Needs::default(), Vec::new());
     needs.learn(&tape);
     Writer::new(&graph.grids)?.add(&tape, &mut rows);
     check(&rows)?;
-    Ok((needs.text()?, rows, tape.instructions().len()))
+    Ok((needs.text()?, rows, (tape.instructions().len(), loops(&tape))))
 }
 
 fn words(ins: &Ins, constants: usize) -> [[f32; 4]; 2] {
