@@ -368,9 +368,9 @@ def test_pruning_is_honoured_and_reported():
         assert np.array_equal(getattr(whole, name), getattr(exact, name), equal_nan=name == "multiplier"), name
     assert (skip.status == whole.status).mean() >= 0.999
     assert skip.summary.mean_steps < 0.9 * exact.summary.mean_steps
-    assert skip.summary.mean_ops < exact.summary.mean_ops < whole.summary.mean_ops == 1000
+    assert max(skip.summary.mean_ops, exact.summary.mean_ops) < 0.9 * whole.summary.mean_ops == 900
     assert skip.summary.arena_bytes > 0 == whole.summary.arena_bytes
-    assert exact.summary.node_evaluations < whole.summary.node_evaluations
+    assert skip.summary.node_evaluations < 0.9 * exact.summary.node_evaluations < 0.9 * whole.summary.node_evaluations
     auto = sdfrs.trace_stats(*small("csg"), device="gpu")
     assert auto.summary.prune == "off"  # straight lines are faster
 

@@ -32,8 +32,8 @@ use crate::{
 
 /// Operations from which on automatic pruning leaps over empty slabs, or shortens programs; and operations times
 /// pixels: below them straight lines are faster (docs/gpu.md has the table).
-const WORTH_SKIPPING: (u64, u64) = (100, 1_000_000);
-const WORTH_SHORTENING: (u64, u64) = (600, 10_000_000);
+const WORTH_SKIPPING: (u64, u64) = (100, 12_000_000);
+const WORTH_SHORTENING: (u64, u64) = (600, 20_000_000);
 /// What the host learns from every dispatch, besides points by the length of their program: rays kept, the
 /// largest threshold.
 const ANSWER: u64 = 8;

@@ -37,15 +37,14 @@ const MOST_PATCHES: u64 = 1 << 16;
 /// Children along a side, and along the rays.
 const ACROSS: u32 = 4;
 const ALONG: usize = CELLS;
-/// Where programs need too much memory, cells are cut less by this factor, and programs longer for their
-/// pixels not written, and so on; until nothing is left to write.
+/// Where programs need too much memory, long ones are shared by more pixels and short ones are left longer, by a
+/// factor that grows by this.
 const LESS: u64 = 4;
 /// A program as short as this is not shortened any more.
 const ENOUGH: u64 = 12;
 /// Cuts in a row that shorten a program by less than a tenth before it is given up.
 const FRUITLESS: u32 = 5;
-/// A cell's own program is written where it is shorter by a quarter than the one it would run otherwise, and has
-/// fewer operations than the cell has pixels: long ones are shared by many, or their memory outgrows the picture's.
+/// A cell's own program is written where it is shorter by a quarter than the one it would run otherwise.
 const OWN: (u64, u64) = (3, 4);
 /// Cells are cut along the rays while they are this much longer than wide.
 const LONG: f64 = 1.5;
@@ -144,7 +143,7 @@ struct Grower<'a> {
     raster: &'a Raster,
     writer: &'a Writer,
     patch: u32,
-    /// By how much cells are cut less than they might be.
+    /// Operations of an own program, times this, are no more than the cell has pixels; and 12 of these are short.
     less: u64,
     /// Rows of programs so far.
     written: AtomicUsize,
@@ -173,7 +172,8 @@ pub fn plan(
     let raster = &Raster { t_max: raster.t_max.min(FARTHEST).next_up(), ..*raster };
     let whole = Tape::<f32>::new(graph);
     let (writer, patch) = (Writer::new(&graph.grids)?, side(raster.width, raster.height));
-    let (mut less, mut probed) = (1, 0);
+    // The first without bounds.
+    let (mut less, mut probed) = (0, 0);
     while ENOUGH * less < whole.ops().max(u64::from(patch * patch)) {
         let grower = Grower {
             pruner,
@@ -202,7 +202,7 @@ pub fn plan(
                 (whole.instructions().len(), all.longest.max(if runs { tape::loops(&whole) } else { 0 }));
             return Ok(Some(Plan { text: all.needs.text()?, rows: all.rows, length, patches }));
         }
-        less *= LESS;
+        less = (less * LESS).max(1);
     }
     Ok(None)
 }
@@ -278,7 +278,7 @@ impl Grower<'_> {
 
     /// A cell's children with their programs, and the empty ones; none where it is not worth cutting.
     fn children(&self, cell: Cell, part: &Part, fruitless: u32) -> (Vec<(Cell, Part)>, Vec<Cell>) {
-        let done = part.ops() <= ENOUGH * self.less || fruitless >= FRUITLESS;
+        let done = part.ops() <= ENOUGH * self.less.max(1) || fruitless >= FRUITLESS;
         if done || self.is_full() || self.control.is_cancelled() {
             return Default::default();
         }
