@@ -96,3 +96,8 @@ struct Tally {
 }
 
 @group(0) @binding(0) var<uniform> u: Params;
+
+// The number of a thread in workgroups of 64, which lie in rows.
+fn place_of(id: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return id.y * groups.x * 64u + id.x;
+}

@@ -9,20 +9,13 @@ struct Walker {
     state: State,
 }
 
-@group(0) @binding(3) var<storage, read_write> walkers: array<Walker>;
-@group(0) @binding(4) var<storage, read_write> tallies: array<Tally>;
-
 @compute @workgroup_size(64)
 fn march_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = id.y * groups.x * 64u + id.x;
+    let n = place_of(id, groups);
     if n >= u.rays {
         return;
     }
-    var k = n;
-    if u.blocks != 0u {
-        k = in_blocks(n);
-    }
-    lists.live[n] = k;
+    let k = begin_ray(n);
     let ray = ray_of(k);
     let range = Range(ray.t_min, ray.t_max);
     var state = walk_start(range);
@@ -33,18 +26,23 @@ fn march_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 
 @compute @workgroup_size(64)
 fn march_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = id.y * groups.x * 64u + id.x;
+    let n = place_of(id, groups);
     if n >= u.count {
         return;
     }
-    let k = lists.live[u.half_read * u.rays + u.first + n];
+    let k = active_ray(n);
     let ray = ray_of(k);
     let range = Range(ray.t_min, ray.t_max);
     var state = walkers[k].state;
     var tally = tallies[k];
     var next = Next(ASK, walkers[k].at);
     select_stack(k);
+    select_patch(k);
     for (var i = 0u; i < u.steps && next.status == ASK; i++) {
+        next = leap(&state, next, range, &tally);
+        if next.status != ASK {
+            break;
+        }
         let s = look(ray, next.t);
         tally.steps += 1u;
         next = walk_step(&state, s, range, &tally);
@@ -55,16 +53,18 @@ fn march_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     if next.status == ASK {
         walkers[k].at = next.t;
         walkers[k].state = state;
-        lists.live[(1u - u.half_read) * u.rays + atomicAdd(&lists.kept, 1u)] = k;
+        keep_ray(k);
     } else {
         tally.outcome |= next.status;
     }
     tallies[k] = tally;
+    tell_points();
 }
 
 // The sample at t.
 fn look(ray: Ray, t: f32) -> Sample {
     let p = keep3(ray.origin + keep3(t * ray.direction));
+    enter(t);
     let r = keep(field(p));
     let scale = max(max(abs(t), abs(p.x)), max(abs(p.y), abs(p.z)));
     let asked = op_max(u.eps, keep(u.cone * t));

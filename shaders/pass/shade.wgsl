@@ -15,7 +15,7 @@ struct Shaded {
 
 @compute @workgroup_size(64)
 fn shade_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let k = id.y * groups.x * 64u + id.x;
+    let k = place_of(id, groups);
     if k >= u.count {
         return;
     }
@@ -24,6 +24,8 @@ fn shade_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     // A ray out of steps shows the surface it was closing in on.
     if status == HIT || status == OUT_OF_STEPS {
         let ray = ray_of(i);
+        select_patch(i);
+        program_at(tallies[i].t);
         let p = keep3(ray.origin + keep3(tallies[i].t * ray.direction));
         let n = unit_normal(field_gradient(p).xyz, ray.direction);
         shaded[i] = Shaded(n.x, n.y, n.z, lit(p, n));

@@ -355,3 +355,37 @@ def test_the_command_line_names_devices(tmp_path, capsys):
     assert "gpu " in json.loads(capsys.readouterr().out)["device"] and os.path.getsize(out) > 0
     assert main(["render", "csg", "--size", "32x18", "--device", "gpu:77", "-o", out, "--quiet"]) == 1
     assert "adapter 77" in capsys.readouterr().err
+
+
+def test_pruning_is_honoured_and_reported():
+    what, cam = small("spheres1000")
+    whole, exact, skip = (
+        sdfrs.trace_stats(what, cam, device="gpu", strict=True, tracer="enhanced", prune=prune)
+        for prune in ("off", "exact", "skip")
+    )
+    assert (whole.summary.prune, exact.summary.prune, skip.summary.prune) == ("off", "exact", "skip")
+    for name in ("status", "steps", "fallbacks", "depth", "multiplier", "flags"):
+        assert np.array_equal(getattr(whole, name), getattr(exact, name), equal_nan=name == "multiplier"), name
+    assert (skip.status == whole.status).mean() >= 0.999
+    assert skip.summary.mean_steps < 0.9 * exact.summary.mean_steps
+    assert max(skip.summary.mean_ops, exact.summary.mean_ops) < 0.9 * whole.summary.mean_ops == 900
+    assert skip.summary.arena_bytes > 0 == whole.summary.arena_bytes
+    assert skip.summary.node_evaluations < 0.9 * exact.summary.node_evaluations < 0.9 * whole.summary.node_evaluations
+    auto = sdfrs.trace_stats(*small("csg"), device="gpu")
+    assert auto.summary.prune == "off"  # straight lines are faster
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+def test_voxels_are_walked_as_on_the_cpu(sparse):
+    ball = sdfrs.sphere(0.7) - sdfrs.box(0.6).translate((0.4, 0.4, 0.4))
+    settings = dict(bounds=((-1, -1, -1), (1, 1, 1)), stepping="voxel")
+    texture = ball.to_texture(40, **settings, **({"sparse": True, "band": 0.2} if sparse else {}))
+    cam = sdfrs.Camera.look_at((2, 1.5, 2.5), (0, 0, 0), width=96, height=64)
+    cpu = sdfrs.trace_stats(texture, cam, device="cpu")
+    strict = sdfrs.trace_stats(texture, cam, device="gpu", strict=True)
+    for name in ("status", "steps", "depth"):
+        assert np.array_equal(getattr(cpu, name), getattr(strict, name)), name
+    plain = sdfrs.trace_stats(texture, cam, device="gpu")
+    assert close(cpu, plain, "basic") and {0, 1} == set(cpu.status.flat)
+    bricks = sdfrs.trace_stats(ball.to_texture(40, **{**settings, "stepping": "bricks"}), cam, device="cpu")
+    assert not close(bricks, plain, "basic")

@@ -54,6 +54,7 @@ ROOMS = {
         ["buffers", "device", "emit", "grids", "pipelines", "scene"],
         ["field"],
         ["camera", "dispatch", "tracer"],
+        ["compiled"],
         ["march"],
         ["shade"],
         ["render"],

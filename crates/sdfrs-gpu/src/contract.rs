@@ -1,6 +1,6 @@
 //! The words that host and device exchange, byte for byte.
 //!
-//! Twin: shaders/contract.wgsl, shade/direct.wgsl and pass/shade.wgsl. Law (tests/contract.rs): every
+//! Twin: shaders/contract.wgsl, shade/direct.wgsl, pass/shade.wgsl and voxel/walk.wgsl. Law (tests/contract.rs): every
 //! offset and size equals what naga finds in the linked text.
 
 use bytemuck::{Pod, Zeroable};
@@ -72,6 +72,21 @@ pub struct Ray {
     pub t_min: f32,
     pub direction: [f32; 3],
     pub t_max: f32,
+}
+
+/// A ray in the cells of a texture, for the walk from voxel to voxel.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Line {
+    pub o: [f32; 3],
+    pub t_min: f32,
+    pub d: [f32; 3],
+    pub t_max: f32,
+    /// Length in the texture's space of a step of length 1.
+    pub speed: f32,
+    pub unused: f32,
+    pub unused_too: f32,
+    pub unused_three: f32,
 }
 
 /// What a ray's walk has come to.

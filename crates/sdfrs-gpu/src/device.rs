@@ -168,6 +168,12 @@ impl Device {
         self.info.kind == Kind::Software
     }
 
+    /// How often the loops of a shader may go around in all, where that has an end. Mesa's drivers in software leave
+    /// every loop after 65,535 rounds of all of them, and go on with whatever has been computed until then.
+    pub fn most_loops(&self) -> Option<u64> {
+        self.is_software().then_some(65_000)
+    }
+
     fn lost_because(&self) -> Option<String> {
         self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

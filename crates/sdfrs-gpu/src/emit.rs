@@ -5,8 +5,11 @@
 //! worse than linear in a function's length. Moving an object changes constants, so the text stays the
 //! same and nothing is compiled. Law (tests/parity.rs): the CPU's bits in strict mode.
 
+mod beam;
 mod consts;
 mod cost;
+pub mod patches;
+mod slabs;
 mod tape;
 mod text;
 
@@ -16,11 +19,15 @@ use std::{
 };
 
 use sdfrs_core::{
-    Grid,
-    graph::{Graph, INPUTS},
+    Control, Grid,
+    graph::{Graph, INPUTS, Node},
+    prune::Pruner,
 };
 
-use crate::{error::GpuError, pipelines::Binding};
+use sdfrs_trace::voxel::Placed;
+
+use crate::{error::GpuError, grids, pipelines::Binding};
+pub use patches::Patches;
 
 /// Most ops of a function.
 pub const PART: usize = 1000;
@@ -48,8 +55,12 @@ pub struct Emitted {
     pub strict: bool,
     /// Number of ops, or of instructions.
     pub ops: usize,
+    /// Most rounds of loops in an evaluation.
+    pub loops: u64,
     /// Whether the text is the scene itself; else an interpreter, and the scene is among the constants.
     pub compiled: bool,
+    /// Which shortened program runs where, for an interpreter.
+    pub patches: Option<Patches>,
 }
 
 impl Emitted {
@@ -59,8 +70,10 @@ impl Emitted {
     }
 
     /// What the shader sees in group 1.
-    pub fn bindings(&self) -> [Binding; 2] {
-        [if self.is_uniform() { Binding::Uniform } else { Binding::Read }, Binding::Read]
+    pub fn bindings(&self) -> Vec<Binding> {
+        let consts = if self.is_uniform() { Binding::Uniform } else { Binding::Read };
+        let patches = self.patches.as_ref().map(|_| Binding::Read);
+        [consts, Binding::Read].into_iter().chain(patches).collect()
     }
 
     /// The texts to link with a pass.
@@ -90,28 +103,62 @@ pub fn emit_in_parts(graph: &Graph, strict: bool, part: usize) -> Result<Emitted
     let packed = consts::Packed::new(graph, &order)?;
     let mut text = declaration(packed.rows.len());
     text::scene(&mut text, graph, &order, &packed.arguments, part.max(1));
-    Ok(finish(graph, text, packed.rows, strict, order.len(), true))
+    let rounds = |id: &u32| graph.node(*id).map_or(0, |n| cost::loops(n.op, constants(graph, n)));
+    let loops = order.iter().map(rounds).sum();
+    Ok(finish(&graph.grids, text, packed.rows, strict, (order.len(), loops), true))
 }
 
 /// Emits a scene as a program for an interpreter, which scenes of the same ops share.
 pub fn emit_interpreted(graph: &Graph, strict: bool) -> Result<Emitted, GpuError> {
-    let tape::Interpreted { text, rows, instructions } = tape::interpreted(graph)?;
-    Ok(finish(graph, text, rows, strict, instructions, false))
+    let (text, rows, length) = tape::interpreted(graph)?;
+    Ok(finish(&graph.grids, text, rows, strict, length, false))
+}
+
+/// Emits a scene as programs for an interpreter, shortened patch by patch of a picture; None where they take
+/// more memory than an adapter is sure to have.
+pub fn emit_patches(
+    graph: &Graph,
+    pruner: &Pruner,
+    raster: &patches::Raster,
+    strict: bool,
+    control: &Control,
+) -> Result<Option<Emitted>, GpuError> {
+    let Some(plan) = patches::plan(graph, pruner, raster, control)? else { return Ok(None) };
+    let emitted = finish(&graph.grids, plan.text, plan.rows, strict, plan.length, false);
+    Ok(Some(Emitted { patches: Some(plan.patches), ..emitted }))
+}
+
+/// What the walk from voxel to voxel sees of a texture that stands alone: the grid's constants, and the way
+/// from the scene to its cells.
+pub fn emit_voxels(placed: &Placed, strict: bool) -> Result<Emitted, GpuError> {
+    let grid = placed.grid();
+    let all = std::slice::from_ref(grid);
+    let (parts, _) = grids::layout(all)?;
+    let to_cells = placed.to_cells().map(|row| row.map(|v| v as f32));
+    let rows: Vec<_> = grids::rows(grid, &parts[0]).into_iter().chain(to_cells).collect();
+    let (kind, rule) = (grids::kind(grid), grids::rule(grid));
+    let text = declaration(rows.len()) + &format!("const KIND: u32 = {kind}u;\nconst RULE: u32 = {rule}u;\n");
+    Ok(finish(all, text, rows, strict, (1, 0), true))
 }
 
 fn finish(
-    graph: &Graph,
+    grids: &[Arc<Grid>],
     text: String,
     rows: Vec<[f32; 4]>,
     strict: bool,
-    ops: usize,
+    (ops, loops): (usize, u64),
     compiled: bool,
 ) -> Emitted {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
     let mut consts = rows.into_flattened();
     consts.resize(consts.len().max(4), 0.0);
-    Emitted { text, consts, key: hasher.finish(), grids: graph.grids.clone(), strict, ops, compiled }
+    let (key, grids) = (hasher.finish(), grids.to_vec());
+    Emitted { text, consts, key, grids, strict, ops, loops, compiled, patches: None }
+}
+
+fn constants<'a>(graph: &'a Graph, node: &Node) -> &'a [f64] {
+    &graph.consts[node.k as usize..(node.k + node.n) as usize]
 }
 
 /// Uniforms are declared as long as they are.

@@ -1,11 +1,12 @@
 //! Signed distance fields on the GPU: devices, scenes as WGSL, and their evaluation.
 //!
-//! Data flows one way: `graph -> emit -> pipelines -> field`; twins of the CPU's rooms, with the shaders
+//! Data flows one way: `graph -> emit -> pipelines -> compiled -> march -> shade -> render`; twins of the CPU's rooms, with the shaders
 //! themselves in the crate `sdfrs-shaders`.
 
 mod adapters;
 pub mod buffers;
 pub mod camera;
+pub mod compiled;
 pub mod contract;
 pub mod device;
 pub mod dispatch;

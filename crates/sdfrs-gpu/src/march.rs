@@ -9,43 +9,31 @@ use std::time::Instant;
 use sdfrs_core::{
     Control, Hits, Limits, Rays, Shape, Status,
     contract::{Work, check_spans},
-    graph::{Form, Graph},
 };
-use sdfrs_trace::{Tracer, march::Source};
+use sdfrs_trace::{
+    Tracer,
+    march::Source,
+    voxel::{self, Placed},
+};
 
+pub use crate::compiled::{Compiled, From, Settings};
 use crate::{
     buffers::{self, Reader, Use},
-    contract::{Params, Ray, STATUS, Tally, View},
+    compiled::source,
+    contract::{Line, Params, Ray, STATUS, Tally},
     device::Device,
     dispatch::{Course, Dispatcher, Ready, tell},
-    emit::{self, Emitted},
+    emit::Patches,
     error::GpuError,
-    pipelines::{self, Binding},
-    scene::Scene,
+    pipelines::Binding,
     share::Shares,
-    tracer::{self, Parts},
+    tracer::Parts,
 };
 
 /// Rays of a tile at most.
 const TILE: u64 = 1 << 20;
 /// Bytes of a buffer at most: what every adapter can bind.
 const BINDING: u64 = 128 << 20;
-/// What the host learns from every dispatch: rays kept, largest threshold.
-const ANSWER: u64 = 8;
-
-/// How the GPU computes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Settings {
-    /// Arithmetic in the order it is written: the bits of the CPU's f32 on drivers that round correctly.
-    pub strict: bool,
-}
-
-/// Where the rays of a call come from.
-pub enum From<'a> {
-    Host(&'a dyn Source<f32>),
-    /// Made by the GPU: axes, the end of every ray.
-    Camera(View, f32),
-}
 
 /// What a tile of rays came to, while it lies on the GPU.
 pub struct Traced<'a> {
@@ -74,58 +62,6 @@ pub fn trace(
     job.run(rays.origins.len(), &From::Host(rays), None, |_, _, _| Ok(()))
 }
 
-/// A scene in the form that tracers walk, on a device.
-pub struct Compiled {
-    emitted: Emitted,
-    scene: Scene,
-}
-
-impl Compiled {
-    pub fn new(device: &Device, shape: &Shape, settings: Settings) -> Result<Self, GpuError> {
-        let emitted = emit::emit(&Graph::new(shape, Form::Walk)?, settings.strict)?;
-        let scene = Scene::new(device, &emitted)?;
-        Ok(Self { emitted, scene })
-    }
-
-    /// An entry point of the named modules over this scene, bound to the pass's own buffers.
-    pub fn ready(
-        &self,
-        device: &Device,
-        modules: &[&str],
-        entry: &str,
-        bindings: &[Binding],
-        buffers: &[&wgpu::Buffer],
-    ) -> Result<Ready, GpuError> {
-        let text = self.emitted.link(&texts(modules), entry)?;
-        let pipeline = device.pipelines().get(device, &text, entry, &[bindings, &self.emitted.bindings()])?;
-        let own = pipelines::bind(device, &pipeline, 0, buffers)?;
-        let groups = vec![own, self.scene.bind(device, &pipeline)?];
-        Ok(Ready { pipeline, groups })
-    }
-}
-
-/// The modules of a march, by name.
-pub fn modules(parts: &Parts, source: &'static str) -> Vec<&'static str> {
-    let common = [
-        "contract",
-        "number",
-        source,
-        "tracer/walk",
-        "tracer/tally",
-        "pass/lists",
-        "pass/march",
-        "source/pair",
-    ];
-    common.iter().chain(parts.modules).copied().collect()
-}
-
-/// The modules' texts by name.
-pub fn texts(modules: &[&str]) -> Vec<&'static str> {
-    let of = |name: &&str| sdfrs_shaders::ALL.iter().find(|m| m.name == *name);
-    // The linker names what is missing; a test links all combinations.
-    modules.iter().filter_map(of).map(|m| m.text).collect()
-}
-
 /// A tracer, compiled for a scene.
 pub struct Job<'a> {
     device: &'a Device,
@@ -142,6 +78,8 @@ struct Memory {
     rays: wgpu::Buffer,
     lists: wgpu::Buffer,
     tallies: wgpu::Buffer,
+    /// Stacks, or lines.
+    own: wgpu::Buffer,
     begin: Ready,
     pass: Ready,
     answer: Reader,
@@ -170,7 +108,7 @@ impl<'a> Job<'a> {
     ) -> Result<Self, GpuError> {
         tracer.check()?;
         limits.check()?;
-        let parts = tracer::parts_of(tracer);
+        let parts = scene.parts(tracer);
         let eps = limits.eps as f32;
         let params = Params {
             max_steps: limits.max_steps,
@@ -182,13 +120,19 @@ impl<'a> Job<'a> {
             factor: parts.factor,
             ..Params::default()
         };
-        let modules = modules(&parts, source(from));
+        let modules = scene.modules(&parts, source(from));
         Ok(Self { device, scene, parts, params, modules, control })
+    }
+
+    /// Bytes of a ray's stack, or of its line in cells.
+    fn own_bytes(&self) -> u64 {
+        let line = if self.scene.lines().is_some() { size_of::<Line>() as u64 } else { 0 };
+        line.max(u64::from(self.params.depth) * 8)
     }
 
     /// Rays of a tile: whole bands of blocks where the rays are an image's and the memory allows it.
     fn tile(&self, width: Option<u32>) -> u64 {
-        let entry = self.parts.walker_bytes.max(32).max(u64::from(self.params.depth) * 8);
+        let entry = self.parts.walker_bytes.max(32).max(self.own_bytes());
         let most = (BINDING / entry).clamp(1, TILE);
         match width.map(|w| 8 * u64::from(w)) {
             Some(band) if band <= most => most - most % band,
@@ -216,7 +160,7 @@ impl<'a> Job<'a> {
         // Blocks of pixels need it wherever the rays come from.
         self.params.view.width = width.unwrap_or_default();
         let memory = self.memory(tile, matches!(from, From::Host(_)))?;
-        let mut shares = Shares::default();
+        let mut shares = Shares::new(self.scene.ops()).at_most(self.scene.most_steps(self.device));
         let mut walked = 0.0;
         for base in (0..count).step_by(tile) {
             let start = Instant::now();
@@ -227,15 +171,23 @@ impl<'a> Job<'a> {
                 Params { rays: rays as u32, base: base as u32, blocks: blocks.into(), ..self.params };
             if let From::Host(source) = from {
                 upload_rays(self.device, &memory.rays, *source, base, rays)?;
+                if let Some(placed) = self.scene.lines() {
+                    upload_lines(self.device, &memory.own, (*source, placed), base, rays)?;
+                }
             }
-            self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits.threshold)?;
+            self.advance(&memory, params, &mut shares, &mut dispatcher, &mut hits)?;
             let traced =
                 Traced { params, uniform: &memory.uniform, rays: &memory.rays, tallies: &memory.tallies };
             self.collect(&memory, &mut hits, base, rays)?;
             walked += start.elapsed().as_secs_f64();
             then(&traced, base, &mut dispatcher)?;
         }
-        Ok((hits, Course { walked, ..dispatcher.course }))
+        self.scene.count(&mut hits);
+        if self.scene.walks_voxels() {
+            // What a root was looked for with.
+            hits.threshold = self.params.eps;
+        }
+        Ok((hits, Course { walked: walked + self.scene.planned(), ..dispatcher.course }))
     }
 
     fn memory(&self, tile: usize, from_host: bool) -> Result<Memory, GpuError> {
@@ -243,16 +195,19 @@ impl<'a> Job<'a> {
         let storage = |what: &str, bytes: u64| buffers::make(device, what, bytes, Use::Storage);
         let uniform = buffers::make(device, "parameters", size_of::<Params>() as u64, Use::Uniform)?;
         let rays = storage("rays", if from_host { tile * size_of::<Ray>() as u64 } else { 32 })?;
-        let lists = storage("lists", ANSWER + 2 * 4 * tile)?;
+        let lists = storage("lists", self.scene.answer() + 2 * 4 * tile)?;
         let walkers = storage("walks", tile * self.parts.walker_bytes)?;
         let tallies = storage("tallies", tile * size_of::<Tally>() as u64)?;
-        let stack = storage("stacks", tile * u64::from(self.params.depth) * 8)?;
-        let own = [&uniform, &rays, &lists, &walkers, &tallies, &stack];
-        let ready = |entry: &str| self.scene.ready(device, &self.modules, entry, &GROUP, &own);
-        let (begin, pass) = (ready("march_begin")?, ready("march_pass")?);
-        let (answer, results) =
-            (Reader::new(device, ANSWER)?, Reader::new(device, tile * size_of::<Tally>() as u64)?);
-        Ok(Memory { uniform, rays, lists, tallies, begin, pass, answer, results })
+        let own = storage("stacks", tile * self.own_bytes())?;
+        let bound = [&uniform, &rays, &lists, &walkers, &tallies, &own];
+        let ready = |entry: &str| self.scene.walk().ready(device, &self.modules, entry, &GROUP, &bound);
+        let [begin, pass] = self.scene.entries();
+        let (begin, pass) = (ready(begin)?, ready(pass)?);
+        let (answer, results) = (
+            Reader::new(device, self.scene.answer())?,
+            Reader::new(device, tile * size_of::<Tally>() as u64)?,
+        );
+        Ok(Memory { uniform, rays, lists, tallies, own, begin, pass, answer, results })
     }
 
     /// Walks the rays of a tile to their ends.
@@ -262,12 +217,14 @@ impl<'a> Job<'a> {
         params: Params,
         shares: &mut Shares,
         dispatcher: &mut Dispatcher<'_>,
-        threshold: &mut f32,
+        hits: &mut Hits<f32>,
     ) -> Result<(), GpuError> {
         let device = self.device;
-        buffers::write(device, &memory.lists, 0, &[0; ANSWER as usize])?;
+        let bytes = self.scene.answer();
+        let mut counted = Counted::new(self.scene.patches());
+        buffers::write(device, &memory.lists, 0, &vec![0; bytes as usize])?;
         tell(device, &memory.uniform, &params)?;
-        dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, ANSWER, |_| ())?;
+        dispatcher.run(&memory.begin, params.rays, &memory.answer, &memory.lists, bytes, |_| ())?;
         shares.restart();
         let (mut live, mut half_read) = (params.rays, 0);
         while live > 0 {
@@ -283,13 +240,17 @@ impl<'a> Job<'a> {
                     share.rays,
                     &memory.answer,
                     &memory.lists,
-                    ANSWER,
-                    |bytes| bytemuck::bytes_of_mut(&mut answer).copy_from_slice(bytes),
+                    bytes,
+                    |bytes| {
+                        let words: &[u32] = bytemuck::cast_slice(bytes);
+                        answer.copy_from_slice(&words[..2]);
+                        counted.take(&words[2..], &mut hits.work);
+                    },
                 )?;
                 shares.learn(share, share.rays == live, cost);
                 first += share.rays;
                 kept = answer[0];
-                *threshold = threshold.max(f32::from_bits(answer[1]));
+                hits.threshold = hits.threshold.max(f32::from_bits(answer[1]));
                 let ended = first.saturating_sub(kept);
                 self.control.advance(u64::from(ended.saturating_sub(reported)));
                 reported = reported.max(ended);
@@ -320,11 +281,26 @@ impl<'a> Job<'a> {
     }
 }
 
-/// The shader module that gives the rays.
-pub fn source(from: &From<'_>) -> &'static str {
-    match from {
-        From::Host(_) => "source/batch",
-        From::Camera(..) => "source/camera",
+/// Points by the length of the program they ran, as counters that never go back to 0 but around.
+struct Counted<'a> {
+    lengths: &'a [u64],
+    before: Vec<u32>,
+}
+
+impl<'a> Counted<'a> {
+    fn new(patches: Option<&'a Patches>) -> Self {
+        let lengths = patches.map_or(&[][..], |patches| &patches.lengths);
+        Self { lengths, before: vec![0; lengths.len()] }
+    }
+
+    /// Adds what was counted since the last time.
+    fn take(&mut self, counters: &[u32], work: &mut Work) {
+        for ((ops, before), now) in self.lengths.iter().zip(&mut self.before).zip(counters) {
+            let points = now.wrapping_sub(std::mem::replace(before, *now));
+            if points > 0 {
+                work.add(*ops, points.into());
+            }
+        }
     }
 }
 
@@ -349,6 +325,22 @@ fn upload_rays(
         .map(|r| Ray { origin: r.origin, t_min: r.t_min, direction: r.direction, t_max: r.t_max })
         .collect();
     buffers::write(device, buffer, 0, bytemuck::cast_slice(&rays))
+}
+
+fn upload_lines(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    (source, placed): (&dyn Source<f32>, &Placed),
+    base: usize,
+    count: usize,
+) -> Result<(), GpuError> {
+    let line = |i: usize| {
+        let ray = source.ray(i);
+        let voxel::Line { o, d, speed } = placed.line(&ray);
+        Line { o, t_min: ray.t_min, d, t_max: ray.t_max, speed, ..Line::default() }
+    };
+    let lines: Vec<Line> = (base..base + count).map(line).collect();
+    buffers::write(device, buffer, 0, bytemuck::cast_slice(&lines))
 }
 
 fn blank(n: usize) -> Hits<f32> {

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use sdfrs_core::{Control, Hits, Limits, Program, Shape, contract::Work};
+use sdfrs_core::{Control, Hits, Limits, Shape};
 use sdfrs_trace::{
     TraceError, Tracer,
     camera::Camera,
@@ -16,11 +16,14 @@ use sdfrs_trace::{
 
 use crate::{
     camera,
+    compiled::{Compiled, From as Rays, Settings, source},
     device::Device,
     dispatch::{Course, Dispatcher},
+    emit::patches::Raster,
     error::GpuError,
-    march::{self, Compiled, From as Rays, Job, Settings, Traced},
+    march::{Job, Traced},
     shade::Shader,
+    tracer::parts_of,
 };
 
 impl From<TraceError> for GpuError {
@@ -48,6 +51,11 @@ impl View {
         // Fits: checked with the image's size.
         Ok(Self { rays, view, pixels: camera.pixels() as usize, t_max: t_max as f32, strict })
     }
+    fn raster(&self, tracer: &Tracer, limits: &Limits) -> Raster {
+        let (width, height) = (self.view.width, self.view.height);
+        let (eps, cone, skip) = (limits.eps, limits.cone, parts_of(tracer).can_leap());
+        Raster { frame: self.rays.frame, width, height, t_max: self.t_max, eps, cone, skip }
+    }
     fn source(&self) -> Rays<'_> {
         if self.strict { Rays::Host(&self.rays) } else { Rays::Camera(self.view, self.t_max) }
     }
@@ -63,10 +71,11 @@ pub fn trace_camera(
     control: &Control,
 ) -> Result<(Hits<f32>, Summary, Course), GpuError> {
     let view = View::new(camera, tracer, t_max, settings.strict)?;
-    let scene = Compiled::new(device, shape, settings)?;
+    let raster = view.raster(tracer, limits);
+    let scene = Compiled::for_picture(device, shape, (raster, limits.prune), settings, control)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let (mut hits, course) = job.run(view.pixels, &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
-    let summary = summarise(shape, &mut hits, course.walked)?;
+    let (hits, course) = job.run(view.pixels, &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
+    let summary = Summary::of(&hits, course.walked, shape.lipschitz());
     Ok((hits, summary, course))
 }
 
@@ -81,9 +90,10 @@ pub fn render(
     what.surface.check()?;
     what.lights.iter().try_for_each(PointLight::check)?;
     let view = View::new(what.camera, tracer, t_max, settings.strict)?;
-    let scene = Compiled::new(device, what.shape, settings)?;
+    let raster = view.raster(tracer, limits);
+    let scene = Compiled::for_picture(device, what.shape, (raster, limits.prune), settings, control)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let mut shader = Shader::new(device, &scene, march::source(&view.source()), what.lights, &what.surface)?;
+    let mut shader = Shader::new(device, &scene, source(&view.source()), what.lights, &what.surface)?;
     let mut normals = vec![[0f32; 3]; view.pixels];
     let mut rgb = vec![[0u8; 3]; view.pixels];
     let mut shade_seconds = 0.0;
@@ -93,23 +103,15 @@ pub fn render(
         shade_seconds += start.elapsed().as_secs_f64();
         done
     };
-    let (mut hits, course) = job.run(view.pixels, &view.source(), Some(what.camera.width), shade)?;
+    let (hits, course) = job.run(view.pixels, &view.source(), Some(what.camera.width), shade)?;
     let picture = Picture {
         width: what.camera.width,
         height: what.camera.height,
         normals,
         rgb,
-        summary: summarise(what.shape, &mut hits, course.walked)?,
+        summary: Summary::of(&hits, course.walked, what.shape.lipschitz()),
         hits,
         timings: Timings { trace_seconds: course.walked, shade_seconds },
     };
     Ok((picture, course))
-}
-
-/// The numbers of a trace; operations are those of the CPU's program, so that both devices count alike.
-pub fn summarise(shape: &Shape, hits: &mut Hits<f32>, seconds: f64) -> Result<Summary, GpuError> {
-    let ops = Program::<f32>::for_tracing(shape)?.tape().ops();
-    hits.work = Work::default();
-    hits.work.add(ops, hits.steps.iter().map(|n| u64::from(*n)).sum());
-    Ok(Summary::of(hits, seconds, shape.lipschitz()))
 }

@@ -7,11 +7,12 @@ use sdfrs_trace::shade::{PointLight, Surface, direct::DIRECT};
 
 use crate::{
     buffers::{self, Reader, Use},
+    compiled::Compiled,
     contract::{Light, Params, Shaded},
     device::Device,
     dispatch::{Dispatcher, Ready, tell},
     error::GpuError,
-    march::{Compiled, Traced},
+    march::Traced,
     pipelines::Binding,
     share::{Share, Shares},
 };
@@ -21,8 +22,9 @@ const GROUP: [Binding; 5] =
     [Binding::Uniform, Binding::Read, Binding::Read, Binding::Read, Binding::ReadWrite];
 
 /// The modules of the pass, by name.
-pub fn modules(source: &'static str) -> [&'static str; 7] {
-    ["contract", "number", source, "source/pair", "shade/normal", "shade/direct", "pass/shade"]
+pub fn modules(source: &'static str, patched: bool) -> [&'static str; 8] {
+    let field = if patched { "field/patches" } else { "field/whole" };
+    ["contract", "number", source, "source/pair", field, "shade/normal", "shade/direct", "pass/shade"]
 }
 
 /// The shading of a scene, compiled.
@@ -65,7 +67,8 @@ impl<'a> Shader<'a> {
             lights: buffers::upload(device, "lights", bytemuck::cast_slice(&lamps), Use::Storage)?,
             albedo: surface.albedo.map(|v| v as f32),
             background: r | (g << 8) | (b << 16),
-            shares: Shares::default(),
+            // A gradient is worth four evaluations.
+            shares: Shares::new(scene.ops().saturating_mul(4)),
             memory: None,
         })
     }
@@ -115,9 +118,9 @@ impl<'a> Shader<'a> {
     fn bind(&self, traced: &Traced<'_>) -> Result<Memory, GpuError> {
         let bytes = u64::from(traced.params.rays) * size_of::<Shaded>() as u64;
         let shaded = buffers::make(self.device, "pixels", bytes, Use::Storage)?;
-        let modules = modules(self.source);
+        let modules = modules(self.source, self.scene.patches().is_some());
         let own = [traced.uniform, traced.rays, traced.tallies, &self.lights, &shaded];
-        let ready = self.scene.ready(self.device, &modules, "shade_pass", &GROUP, &own)?;
+        let ready = self.scene.field().ready(self.device, &modules, "shade_pass", &GROUP, &own)?;
         Ok(Memory { ready, shaded, reader: Reader::new(self.device, bytes)? })
     }
 }

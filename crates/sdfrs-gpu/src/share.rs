@@ -8,9 +8,10 @@ use std::time::Duration;
 
 /// What a dispatch should cost.
 pub const TARGET: Duration = Duration::from_millis(40);
-/// Rays of the first dispatch, and evaluations of each.
+/// Rays of the first dispatch, and evaluations of each; fewer where they would be more than so many operations.
 const FIRST_RAYS: u32 = 4096;
 const FIRST_STEPS: u32 = 16;
+const FIRST_OPS: u64 = 1 << 26;
 /// Fewest rays that share a dispatch before their steps are cut as well: what any GPU runs side by side.
 const FEWEST: u32 = 1024;
 /// Growth from one dispatch to the next.
@@ -29,18 +30,27 @@ pub struct Share {
 pub struct Shares {
     rays: u32,
     steps: u32,
-}
-
-impl Default for Shares {
-    fn default() -> Self {
-        Self { rays: FIRST_RAYS, steps: FIRST_STEPS }
-    }
+    /// Steps of a dispatch at most.
+    most: u32,
 }
 
 impl Shares {
+    /// For a field of so many operations a point: nothing can cut the first dispatch short.
+    pub fn new(ops: u64) -> Self {
+        let points = (FIRST_OPS / ops.max(1)).max(1);
+        let rays = points.min(FIRST_RAYS.into()) as u32;
+        let steps = (points / u64::from(rays)).min(FIRST_STEPS.into()) as u32;
+        Self { rays, steps, most: u32::MAX }
+    }
+
+    /// Never more steps than that in a dispatch.
+    pub fn at_most(self, most: u32) -> Self {
+        Self { most, ..self }
+    }
+
     /// What to do next of a list with `left` rays.
     pub fn share(&self, left: u32) -> Share {
-        Share { rays: self.rays.min(left), steps: self.steps }
+        Share { rays: self.rays.min(left), steps: self.steps.min(self.most) }
     }
 
     /// A new tile: its rays take many steps at first, and few of them go on for long.
@@ -76,7 +86,7 @@ mod tests {
 
     /// Dispatches until a list of `rays` with 1,000 steps each is done, at so many seconds an evaluation.
     fn run(rays: u32, second: f64, overhead: f64) -> Vec<f64> {
-        let mut shares = Shares::default();
+        let mut shares = Shares::new((second * 1e9) as u64);
         let (mut costs, mut spent) = (Vec::new(), 0);
         while spent < 1000 && costs.len() < 4000 {
             let (mut left, mut least) = (rays, u32::MAX);
@@ -111,7 +121,15 @@ mod tests {
 
     #[test]
     fn the_first_dispatch_is_small() {
-        assert_eq!(Shares::default().share(1 << 20), Share { rays: FIRST_RAYS, steps: FIRST_STEPS });
-        assert_eq!(Shares::default().share(10).rays, 10);
+        assert_eq!(Shares::new(12).share(1 << 20), Share { rays: FIRST_RAYS, steps: FIRST_STEPS });
+        assert_eq!(Shares::new(12).share(10).rays, 10);
+        for ops in [0, 1000, 100_000, 10_000_000, u64::MAX] {
+            let Share { rays, steps } = Shares::new(ops).share(1 << 20);
+            let work = u128::from(rays) * u128::from(steps) * u128::from(ops);
+            assert!(
+                rays > 0 && steps > 0 && (rays == 1 || work <= u128::from(FIRST_OPS)),
+                "{ops}: {rays} {steps}"
+            );
+        }
     }
 }

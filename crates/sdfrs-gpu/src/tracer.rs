@@ -18,6 +18,13 @@ pub struct Parts {
     pub stack: Stack,
 }
 
+impl Parts {
+    /// Whether it is a guarded stepper, which may leap over slabs in which nothing is.
+    pub fn can_leap(&self) -> bool {
+        self.modules.contains(&"tracer/guarded")
+    }
+}
+
 /// How many spans a ray may have to remember.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stack {
@@ -50,6 +57,16 @@ const fn parts(modules: &'static [&'static str], factor: f64, walker_bytes: u64)
     Parts { modules, factor: factor as f32, max_level: 0, walker_bytes, stack: Stack::None }
 }
 
+/// The walk from voxel to voxel; `by_host`: the host leads rays to the cells.
+pub fn voxels(by_host: bool) -> Parts {
+    let modules: &[_] = if by_host {
+        &["voxel/walk", "voxel/root", "voxel/lines"]
+    } else {
+        &["voxel/walk", "voxel/root", "voxel/placed"]
+    };
+    parts(modules, 0.0, 16)
+}
+
 /// The shaders of a tracer.
 pub fn parts_of(tracer: &Tracer) -> Parts {
     macro_rules! guarded {
@@ -59,7 +76,7 @@ pub fn parts_of(tracer: &Tracer) -> Parts {
     }
     macro_rules! letter {
         ($($module:literal),+) => {
-            &["tracer/no_stack", $($module),+]
+            &["tracer/no_stack", "tracer/letter/listing", $($module),+]
         };
     }
     match *tracer {

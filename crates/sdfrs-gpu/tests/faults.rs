@@ -215,3 +215,39 @@ fn works(device: &std::sync::Arc<Device>) {
     let field = GpuField::new(device, &ball()).unwrap();
     assert_eq!(field.evaluate(&[[2.0, 0.0, 0.0]]), Ok(vec![1.5]));
 }
+
+/// Mesa's drivers in software leave all loops after 65,535 rounds: long walks through long unions must not get there,
+/// and a union that is too long by itself is refused.
+#[test]
+fn loops_that_go_around_too_often() {
+    let Some(device) = common::device() else { return };
+    let row = |n: usize| {
+        let balls: Vec<Shape> = (0..n).map(|i| common::shapes::moved(&ball(), i as f64, 0.0, 0.0)).collect();
+        build("union", &[("k", num(0.0))], &balls.iter().collect::<Vec<_>>())
+    };
+    // Past a thousand balls, at a hand's breadth.
+    let shape = row(1000);
+    let origins: Vec<[f32; 3]> = (0..40).map(|i| [-1.0, 0.505 + 0.001 * i as f32, 0.0]).collect();
+    let directions = vec![[1.0, 0.0, 0.0]; origins.len()];
+    let rays = sdfrs_core::Rays {
+        origins: &origins,
+        directions: &directions,
+        t_min: sdfrs_core::Span::All(0.0),
+        t_max: sdfrs_core::Span::All(200.0),
+    };
+    let limits = sdfrs_core::Limits { eps: 1e-4, cone: 0.0, max_steps: 1500, prune: sdfrs_core::Prune::Off };
+    let (tracer, control) = (sdfrs_trace::Tracer::Basic { guards: true }, Control::new());
+    let settings = sdfrs_gpu::march::Settings { strict: true };
+    let (gpu, _) =
+        sdfrs_gpu::march::trace(&device, &shape, &tracer, &rays, &limits, settings, &control).unwrap();
+    let program = sdfrs_core::Program::<f32>::for_tracing(&shape).unwrap();
+    let cpu = sdfrs_trace::trace(&program, &tracer, &rays, &limits, &control).unwrap();
+    assert!(cpu.steps.iter().any(|n| *n > 400), "{:?}", cpu.steps);
+    assert_eq!((gpu.steps, gpu.status, gpu.t), (cpu.steps, cpu.status, cpu.t));
+    if device.is_software() {
+        let long = row(70_000);
+        let refused = GpuField::new(&device, &long).err();
+        assert!(matches!(refused, Some(GpuError::Limits { asked: 70_000, .. })), "{refused:?}");
+        works(&device);
+    }
+}

@@ -125,25 +125,44 @@ struct End<T> {
 }
 
 impl Placed {
-    fn walk<T: Native>(&self, ray: &Ray<T>, most: u32) -> End<T> {
-        // In f64 as far as the grid's own frame; the rest is the ray's precision.
+    pub fn grid(&self) -> &Arc<Grid> {
+        &self.grid
+    }
+
+    /// From the scene to cells: three factors and an offset for each axis.
+    pub fn to_cells(&self) -> [[f64; 4]; 3] {
+        let ((lo, _), h) = (self.grid.bounds(), self.grid.spacing());
+        std::array::from_fn(|i| {
+            let [x, y, z] = self.m[i].map(|v| v / h[i]);
+            [x, y, z, (self.t[i] - lo[i]) / h[i]]
+        })
+    }
+
+    /// A ray in cells; in f64 as far as the grid's own frame, the rest is the ray's precision.
+    pub fn line<T: Native>(&self, ray: &Ray<T>) -> Line<T> {
         let (o, d) = (ray.origin.map(T::f64), ray.direction.map(T::f64));
         let (lo, _) = self.grid.bounds();
         let h = self.grid.spacing();
         let turn = |v: [f64; 3], i: usize| self.m[i][0] * v[0] + self.m[i][1] * v[1] + self.m[i][2] * v[2];
-        let line = Line {
+        Line {
             o: std::array::from_fn(|i| T::of((turn(o, i) + self.t[i] - lo[i]) / h[i])),
             d: std::array::from_fn(|i| T::of(turn(d, i) / h[i])),
-        };
-        let speed = (0..3).map(|i| turn(d, i).powi(2)).sum::<f64>().sqrt();
-        Walk { grid: &self.grid, line, speed: T::of(speed), steps: 0, most }.run(ray)
+            speed: T::of((0..3).map(|i| turn(d, i).powi(2)).sum::<f64>().sqrt()),
+        }
+    }
+
+    fn walk<T: Native>(&self, ray: &Ray<T>, most: u32) -> End<T> {
+        Walk { grid: &self.grid, line: self.line(ray), steps: 0, most }.run(ray)
     }
 }
 
 /// A ray in cells: a point has its cell's number before the point and its place in the cell behind.
-struct Line<T> {
-    o: [T; 3],
-    d: [T; 3],
+#[derive(Debug, Clone, Copy)]
+pub struct Line<T> {
+    pub o: [T; 3],
+    pub d: [T; 3],
+    /// Length in the texture's space of a step of length 1.
+    pub speed: T,
 }
 
 impl<T: Scalar> Line<T> {
@@ -183,8 +202,6 @@ impl<T: Scalar> Line<T> {
 struct Walk<'a, T> {
     grid: &'a Grid,
     line: Line<T>,
-    /// Length in the texture's space of a step of length 1.
-    speed: T,
     steps: u32,
     most: u32,
 }
@@ -267,7 +284,7 @@ impl<T: Native> Walk<'_, T> {
         let p = std::array::from_fn(|a| T::of(lo[a]) + p[a] * T::of(h[a]));
         // What rounding of the place may add to the value.
         let slack = T::of(1.0 - 1e-3);
-        self.grid.sample(p, Step::Safe).max(T::of(0.0)) * slack / self.speed
+        self.grid.sample(p, Step::Safe).max(T::of(0.0)) * slack / self.line.speed
     }
 
     /// Behind a brick without samples, or farther where its value reaches farther.

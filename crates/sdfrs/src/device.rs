@@ -205,9 +205,8 @@ impl Number for f32 {
         let cpu = || cpu_trace(shape, tracer, rays, limits, control);
         #[cfg(feature = "gpu")]
         let gpu = |device: &gpu::Device, settings| {
-            let (mut hits, course) =
-                gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
-            let summary = gpu::render::summarise(shape, &mut hits, course.walked)?;
+            let (hits, course) = gpu::march::trace(device, shape, tracer, rays, limits, settings, control)?;
+            let summary = Summary::of(&hits, course.walked, shape.lipschitz());
             Ok((hits, summary))
         };
         let ((hits, summary), used) = either!(on, rays.origins.len() as u64, cpu, gpu);

@@ -13,10 +13,6 @@ fn walk_start(range: Range) -> State {
     return State(0u, range.t_min, 0.0, 0.0, -1.0);
 }
 
-fn walk_first(st: ptr<function, State>, range: Range) -> f32 {
-    return range.t_min;
-}
-
 fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<function, Tally>) -> Next {
     if is_nan(s.r) {
         return done(INVALID);
@@ -46,10 +42,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
     if accepted {
         stand(tally, s.t, s.r);
         if s.r <= s.e {
-            if begun {
-                return hit(tally, s, range);
-            }
-            return hit_at_start(tally, s, range);
+            return arrive(begun, tally, s, range);
         }
     }
     return onwards((*st).t, (*st).r, keep((*st).t + (*st).z), range, tally);

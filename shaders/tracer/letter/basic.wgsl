@@ -11,10 +11,6 @@ fn walk_start(range: Range) -> State {
     return State(0u, range.t_min, 0.0);
 }
 
-fn walk_first(st: ptr<function, State>, range: Range) -> f32 {
-    return range.t_min;
-}
-
 fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<function, Tally>) -> Next {
     let begun = (*st).begun != 0u;
     if begun {
@@ -27,10 +23,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
         return done(INVALID);
     }
     if s.r <= s.e {
-        if begun {
-            return hit(tally, s, range);
-        }
-        return hit_at_start(tally, s, range);
+        return arrive(begun, tally, s, range);
     }
     return onwards(s.t, s.r, keep(s.t + s.r), range, tally);
 }

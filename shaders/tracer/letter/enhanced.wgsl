@@ -12,10 +12,6 @@ fn walk_start(range: Range) -> State {
     return State(0u, range.t_min, 0.0, 0.0);
 }
 
-fn walk_first(st: ptr<function, State>, range: Range) -> f32 {
-    return range.t_min;
-}
-
 fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<function, Tally>) -> Next {
     if is_nan(s.r) {
         return done(INVALID);
@@ -44,10 +40,7 @@ fn walk_step(st: ptr<function, State>, s: Sample, range: Range, tally: ptr<funct
         }
     }
     if s.r <= s.e {
-        if begun {
-            return hit(tally, s, range);
-        }
-        return hit_at_start(tally, s, range);
+        return arrive(begun, tally, s, range);
     }
     (*st).begun = 1u;
     return onwards((*st).t, (*st).r, keep((*st).t + (*st).z), range, tally);

@@ -1,4 +1,5 @@
-//! What a scene costs a driver to compile, in operations of its shader; measured, not derived.
+//! What a scene costs a driver to compile, in operations of its shader (measured, not derived), and how often its
+//! loops go around.
 
 use sdfrs_core::op::Op;
 
@@ -18,5 +19,18 @@ pub fn cost(op: Op) -> usize {
         Op::Smin | Op::Smax | Op::Repeat => 9,
         Op::Dot | Op::Length3 | Op::MulMulAdd | Op::MulMulSub => 6,
         _ => 2,
+    }
+}
+
+/// Most rounds of loops in an evaluation of an op or its gradient, whose constants are `values`.
+pub fn loops(op: Op, values: &[f64]) -> u64 {
+    let constant = |i: usize| values.get(i).map_or(0, |v| *v as u64);
+    match op {
+        Op::SphereUnion => values.len() as u64 / 4,
+        // Powers by squaring: 8 rounds at most for exponents up to 16, four of them; one by one: two.
+        Op::Mandelbulb => constant(1) * (40 + 2 * constant(0)),
+        // A slope across a cell takes six samples.
+        Op::Texture | Op::TextureSafe | Op::TextureSafeNegated => 6,
+        _ => 0,
     }
 }

@@ -11,6 +11,7 @@ use sdfrs_core::{
 };
 use sdfrs_gpu::{Choice, Device};
 
+pub mod grids;
 #[path = "../../../sdfrs-core/tests/common/mod.rs"]
 pub mod shapes;
 
