@@ -212,7 +212,7 @@ impl<T: Native> Job<'_, T> {
             };
             return Ok(self.tiles(&order, memory, tile)?.0);
         };
-        let order = Order::in_blocks(self.rays);
+        let order = Order::in_blocks(self.rays, self.control);
         let (mut hits, workers) = self.tiles(&order, memory, |worker, block, out| {
             worker.block(self, pruner, rule, (&order, block), out);
         })?;

@@ -2,7 +2,7 @@
 //! and where they go.
 
 use rayon::prelude::*;
-use sdfrs_core::{Hits, eval::Native};
+use sdfrs_core::{Control, Hits, eval::Native};
 
 use super::{Source, columns::place, feed::Wanted};
 
@@ -34,11 +34,11 @@ impl Order {
     }
 
     /// Rays in blocks, blocks in groups.
-    pub fn in_blocks<T: Native>(rays: &dyn Source<T>) -> Self {
+    pub fn in_blocks<T: Native>(rays: &dyn Source<T>, control: &Control) -> Self {
         let count = rays.count();
         let kind = match rays.width() {
             Some(width) => Kind::Blocks { width, height: count / width },
-            None => Kind::Sorted(sorted(rays)),
+            None => Kind::Sorted(sorted(rays, control)),
         };
         Self { count, kind }
     }
@@ -147,21 +147,31 @@ fn unsort<V: Copy + Default>(column: &mut Vec<V>, order: &[u32]) {
     }
 }
 
-/// Rays along a space-filling curve through their directions and origins.
-fn sorted<T: Native>(rays: &dyn Source<T>) -> Vec<u32> {
+/// Rays along a space-filling curve through their directions and origins; in line where nobody waits for
+/// them any more.
+fn sorted<T: Native>(rays: &dyn Source<T>, control: &Control) -> Vec<u32> {
     let n = rays.count();
-    let (mut lo, mut hi) = ([f64::INFINITY; 6], [f64::NEG_INFINITY; 6]);
     let numbers = |i: usize| {
         let ray = rays.ray(i);
         let [a, b, c] = ray.origin.map(|v| v.f64());
         let [d, e, f] = ray.direction.map(|v| v.f64());
         [a, b, c, d, e, f]
     };
-    for i in 0..n {
-        for (a, v) in numbers(i).into_iter().enumerate() {
-            (lo[a], hi[a]) = (lo[a].min(v), hi[a].max(v));
+    let none = ([f64::INFINITY; 6], [f64::NEG_INFINITY; 6]);
+    let grow = |(lo, hi): Extent, (least, most): Extent| {
+        let each = |a: usize| (lo[a].min(least[a]), hi[a].max(most[a]));
+        (std::array::from_fn(|a| each(a).0), std::array::from_fn(|a| each(a).1))
+    };
+    // Least and largest are the same in any order.
+    let chunk = |i: usize| {
+        let rays = i * CHUNK..n.min(i * CHUNK + CHUNK);
+        if control.is_cancelled() {
+            none
+        } else {
+            rays.fold(none, |all, i| grow(all, (numbers(i), numbers(i))))
         }
-    }
+    };
+    let (lo, hi) = (0..n.div_ceil(CHUNK)).into_par_iter().map(chunk).reduce(|| none, grow);
     let key = |i: usize| {
         let cells = numbers(i);
         let mut key = 0u64;
@@ -173,8 +183,16 @@ fn sorted<T: Native>(rays: &dyn Source<T>) -> Vec<u32> {
         }
         key
     };
+    let key = |i: usize| if control.is_cancelled() { 0 } else { key(i) };
     // A span of a few billion rays doesn't fit into memory long before it outgrows u32.
     let mut keyed: Vec<(u64, u32)> = (0..n).into_par_iter().map(|i| (key(i), i as u32)).collect();
-    keyed.par_sort_unstable();
+    if !control.is_cancelled() {
+        keyed.par_sort_unstable();
+    }
     keyed.into_iter().map(|(_, i)| i).collect()
 }
+
+/// Least and largest coordinates of origins and directions.
+type Extent = ([f64; 6], [f64; 6]);
+/// Rays looked at between two looks at the clock.
+const CHUNK: usize = 1 << 14;
