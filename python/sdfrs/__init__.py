@@ -7,7 +7,16 @@ lengths are world units, a shape is negative inside, row 0 of an image is the to
 
 from . import scenes as scenes
 from ._core import __version__ as __version__
-from ._errors import DeviceError, Error, FormatError, InternalError, LipschitzWarning, MeshError, SceneError
+from ._errors import (
+    DeviceError,
+    Error,
+    FormatError,
+    InternalError,
+    LipschitzWarning,
+    MeshError,
+    MissingFileError,
+    SceneError,
+)
 from ._expr import Condition, Expr, Point
 from .camera import Camera, PointLight
 from .formula import clamp, length, max, min, mix, shape, where
@@ -39,7 +48,7 @@ from .tracers import AutoRelaxed, Basic, BinarySearch, CoverageSearch, Enhanced,
 
 __all__ = [
     "AutoRelaxed", "Basic", "BinarySearch", "Camera", "Condition", "CoverageSearch", "DeviceError", "Enhanced", "Error",
-    "Expr", "FormatError", "Hits", "Image", "InternalError", "LipschitzCheck", "LipschitzWarning", "MeshError", "MeshReport", "Point", "PointLight",
+    "Expr", "FormatError", "Hits", "Image", "InternalError", "LipschitzCheck", "LipschitzWarning", "MeshError", "MeshReport", "MissingFileError", "Point", "PointLight",
     "Relaxed", "Scene", "SceneError", "SdfTexture", "Settings", "Shape", "Stats", "Summary", "Timings", "Tracer",
     "box", "capsule", "clamp", "cone", "cylinder", "difference", "ellipsoid", "gyroid", "intersection", "length", "load",
     "mandelbulb", "max", "mesh_to_sdf_texture", "min", "mix", "plane", "render", "rounded_box", "scenes", "set_threads", "shape", "sphere",

@@ -24,9 +24,9 @@ __all__ = [
     "texture_changed",
     "texture_dense",
     "texture_facts",
-    "texture_layers",
-    "texture_nodes",
     "texture_of_shape",
+    "texture_samples",
+    "texture_scale",
     "texture_slopes",
     "texture_sparse",
     "texture_table",
@@ -203,16 +203,6 @@ def texture_facts(node: Node) -> dict[str, Any]:
     Numbers about a texture, by name.
     """
 
-def texture_layers(node: Node, first: SupportsIndex, last: SupportsIndex) -> Any:
-    """
-    Samples of a dense texture, layers `first` to `last` (not included) along z, flat.
-    """
-
-def texture_nodes(node: Node, first: SupportsIndex, last: SupportsIndex) -> Any:
-    """
-    Nodes of kept bricks `first` to `last` (not included), flat, 9 x 9 x 9 each.
-    """
-
 def texture_of_shape(
     node: Node,
     dims: SupportsLenAndGetItem[SupportsIndex],
@@ -227,9 +217,20 @@ def texture_of_shape(
     Samples a shape; `band` None is a dense texture, 0 a sparse one of the usual width.
     """
 
-def texture_slopes(node: Node) -> tuple[Incomplete, list[int]]:
+def texture_samples(node: Node, first: SupportsIndex, last: SupportsIndex) -> Any:
     """
-    Slope bounds of the bricks, flat, and the bricks along x, y, z.
+    Samples from `first` to `last` (not included), flat: layers of a dense texture along z, kept bricks of a sparse one,
+    9 x 9 x 9 each.
+    """
+
+def texture_scale(node: Node) -> Incomplete | None:
+    """
+    The scales of bytes; None for other bricks.
+    """
+
+def texture_slopes(node: Node, first: SupportsIndex, last: SupportsIndex) -> Incomplete:
+    """
+    Slope bounds of bricks `first` to `last` (not included), x fastest.
     """
 
 def texture_sparse(
@@ -245,9 +246,9 @@ def texture_sparse(
     where these are bytes a scale for each.
     """
 
-def texture_table(node: Node) -> tuple[Incomplete, Incomplete, Incomplete | None]:
+def texture_table(node: Node, first: SupportsIndex, last: SupportsIndex) -> tuple[Incomplete, Incomplete]:
     """
-    Where a sparse texture's bricks are, what the others hold, and the scales of bytes.
+    Where a sparse texture's bricks `first` to `last` (not included) are, and what those without nodes hold.
     """
 
 def threads() -> int:

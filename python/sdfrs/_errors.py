@@ -38,6 +38,19 @@ class FormatError(Error, ValueError):
     """
 
 
+class MissingFileError(Error, FileNotFoundError):
+    """A file to be read that is not there, or a folder to be written to.
+
+    Examples:
+        >>> import sdfrs
+        >>> try:
+        ...     sdfrs.mesh_to_sdf_texture("no such mesh.obj")
+        ... except sdfrs.Error as error:
+        ...     print(isinstance(error, FileNotFoundError), error)
+        True no file 'no such mesh.obj'
+    """
+
+
 class MeshError(Error, ValueError):
     """A mesh that cannot be baked, or asked for what cannot be; names the file and the element.
 
@@ -83,6 +96,7 @@ class LipschitzWarning(UserWarning):
     """
 
 
-for _class in (Error, SceneError, FormatError, MeshError, DeviceError, InternalError, LipschitzWarning):
+_ALL = (Error, SceneError, FormatError, MissingFileError, MeshError, DeviceError, InternalError, LipschitzWarning)
+for _class in _ALL:
     _class.__module__ = "sdfrs"
-del _class
+del _class, _ALL

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, Union
 
+from ._errors import MissingFileError
+
 PathLike = Union[str, "os.PathLike[str]"]
 
 
@@ -16,6 +18,8 @@ def atomic(path: PathLike) -> Iterator[IO[bytes]]:
     target = os.path.abspath(os.fspath(path))
     folder, name = os.path.split(target)
     temporary = os.path.join(folder, f".{name}.{os.getpid()}.part")
+    if not os.path.isdir(folder):
+        raise MissingFileError(f"no folder {folder!r} to write {name!r} to")
     try:
         with open(temporary, "wb") as file:
             yield file

@@ -81,7 +81,9 @@ def _parser() -> argparse.ArgumentParser:
     common.add_argument("--eps", type=float, default=1e-4, help="hit threshold, world units (default 1e-4)")
     common.add_argument("--cone", type=float, default=0.0, help="pixel radius at unit distance (default 0)")
     common.add_argument("--max-steps", type=int, default=1000, help="evaluations per ray (default 1000)")
-    common.add_argument("--t-max", type=float, default=100.0, help="end of the rays, world units (default 100)")
+    common.add_argument(
+        "--t-max", type=float, help="end of the rays, world units (default 100, or behind what the fitted camera sees)"
+    )
     common.add_argument("--precision", choices=("f32", "f64"), default="f32")
     common.add_argument("--device", default="auto", help="auto (a real GPU, else the CPU), cpu, gpu or gpu:N")
     common.add_argument(
@@ -148,13 +150,16 @@ def _progress(args: argparse.Namespace) -> Optional[bool]:
 
 
 def _open(args: argparse.Namespace) -> tuple[Any, Any]:
-    from .render import fitted_camera, set_threads
+    from .camera import fitted
+    from .render import fitted_camera, reach, set_threads
     from .scene import as_scene, load
 
     if args.threads is not None:
         set_threads(args.threads)
     scene = as_scene(load(args.scene))
     camera = scene.camera
+    if args.t_max is None:
+        args.t_max = 100.0 if camera is not None else max(100.0, 1.01 * reach(scene.shape, fitted(scene.shape)))
     if args.size is not None:
         camera = fitted_camera(scene.shape, args.t_max, *args.size) if camera is None else camera.resized(*args.size)
     return scene, camera

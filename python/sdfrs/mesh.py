@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 import numpy as np
 
 from . import _check, _core
-from ._errors import MeshError, SceneError
+from ._errors import MeshError, MissingFileError, SceneError
 from ._progress import Progress, reporter
 from .formula import box_bounds
 from .texture import STEPPINGS, Dtype, SdfTexture, Stepping, band_width, node_counts
@@ -105,7 +105,8 @@ def mesh_to_sdf_texture(
     texture, a dense one is not cut). `dtype` "float32", "float16", or "uint8"
     for sparse textures. `confidence` adds how sure each sign is to the report. `stepping` as for `SdfTexture`.
     Returns: `SdfTexture`; `.report` says what was found, `.max_error` bounds the error of every sample.
-    Raises: MeshError for what cannot be baked, with the file and the element; TypeError for other types.
+    Raises: MeshError for what cannot be baked, with the file and the element; MissingFileError
+    where there is no such file; TypeError for other types.
 
     Examples:
         >>> import numpy as np, sdfrs
@@ -160,7 +161,8 @@ def _triangles(mesh: Any, faces: Any) -> _core.Triangles:
         if faces is not None:
             raise TypeError("mesh_to_sdf_texture: a file has its own faces, so faces must be None")
         path = os.fspath(mesh)
-        os.stat(path)  # a file that is not there is no matter of meshes: FileNotFoundError
+        if not os.path.exists(path):
+            raise MissingFileError(f"no file {path!r}")
         return _core.Triangles.read(path)
     if faces is None:
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):

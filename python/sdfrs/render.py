@@ -120,13 +120,19 @@ def trace(
 def fitted_camera(shape: Shape, t_max: float, width: int = 640, height: int = 480, stacklevel: int = 2) -> Camera:
     """A camera that fits the shape; warns when the rays end before the shape does."""
     camera = fitted(shape, width, height)
-    far = math.dist(camera.origin, camera.target) + math.dist(*shape.bounds) / 2
-    if math.isfinite(far) and far > t_max:
+    far = reach(shape, camera)
+    if far > t_max:
         warnings.warn(
             f"t_max={t_max:g} ends before the shape does, {far:.4g} from the fitted camera: pass t_max={far:.4g}",
             stacklevel=stacklevel,
         )
     return camera
+
+
+def reach(shape: Shape, camera: Camera) -> float:
+    """How far rays have to go to have passed the shape; 0 where it is unbounded."""
+    far = math.dist(camera.origin, camera.target) + math.dist(*shape.bounds) / 2
+    return far if math.isfinite(far) else 0.0
 
 
 def _view(what: Any, camera: Optional[Camera], t_max: float) -> tuple[Scene, Camera]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Optional, overload
 
 from . import _check, _core
-from ._errors import FormatError, SceneError
+from ._errors import FormatError, MissingFileError, SceneError
 from ._files import PathLike, atomic_write
 from .camera import Camera, PointLight
 from .shapes import Shape
@@ -81,7 +81,7 @@ class Scene:
     def save(self, path: PathLike) -> None:
         """Writes the scene as JSON, whole or not at all.
 
-        Raises: OSError where the file cannot be written.
+        Raises: OSError where the file cannot be written (MissingFileError: no such folder).
 
         Examples:
             >>> import os, tempfile, sdfrs
@@ -140,7 +140,7 @@ def load(source: PathLike) -> Any:
     """A scene from a file, a named example scene (see `sdfrs.scenes`), or a texture from an .npz file.
 
     Raises: FormatError when the file is neither, with the path of the fault inside it;
-    FileNotFoundError when there is neither such a file nor such a name.
+    MissingFileError (a FileNotFoundError) when there is neither such a file nor such a name.
 
     Examples:
         >>> import sdfrs
@@ -161,7 +161,7 @@ def load(source: PathLike) -> Any:
             data += b"" if data == _ZIP else file.read()
     except FileNotFoundError:
         known = ", ".join(scenes.NAMES)
-        raise FileNotFoundError(f"no file {name!r}, and no scene of that name (named scenes: {known})") from None
+        raise MissingFileError(f"no file {name!r}, and no scene of that name (named scenes: {known})") from None
     if data[:4] == _ZIP:
         from .texture_file import load_npz
 

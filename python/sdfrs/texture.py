@@ -106,9 +106,14 @@ class SdfTexture(Shape):
         try:
             return self._values
         except AttributeError:
-            self._values: npt.NDArray[Any] = _core.texture_layers(self._node, 0, 2**31).reshape(self.shape_zyx)
+            self._values: npt.NDArray[Any] = self._all()
             self._values.flags.writeable = False
             return self._values
+
+    def _all(self) -> npt.NDArray[Any]:
+        if self.sparse:
+            raise SceneError("texture: it is sparse; use .to_dense() for all samples")
+        return _core.texture_samples(self._node, 0, self.shape_zyx[0]).reshape(self.shape_zyx)
 
     @property
     def shape_zyx(self) -> tuple[int, int, int]:
@@ -223,8 +228,8 @@ class SdfTexture(Shape):
             >>> slopes.shape, bool(slopes.max() < 1.74)
             ((4, 4, 4), True)
         """
-        slopes, (nx, ny, nz) = _core.texture_slopes(self._node)
-        return slopes.reshape(nz, ny, nx)
+        nx, ny, nz = self._facts["bricks"]
+        return _core.texture_slopes(self._node, 0, nx * ny * nz).reshape(nz, ny, nx)
 
     def with_stepping(self, stepping: Stepping) -> SdfTexture:
         """The same samples, walked by another rule.

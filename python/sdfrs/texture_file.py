@@ -7,6 +7,7 @@ Samples are written in slabs, so a large texture needs no second copy.
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import math
@@ -14,23 +15,25 @@ import os
 import struct
 import sys
 import zipfile
-from collections.abc import Iterator
-from dataclasses import asdict
-from typing import IO, Any, Optional
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import IO, TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
 from . import _core
 from ._errors import FormatError, SceneError
-from ._files import PathLike, atomic, atomic_write
+from ._files import PathLike, atomic
 from .mesh import MeshReport
 from .texture import STEPPINGS, SdfTexture, facts_of
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
 VERSION = 1
 ENDINGS = (".npz", ".raw", ".vol")
-# Bytes that are copied at a time: soon enough for Ctrl-C, large enough for the disk.
-_SLAB = 1 << 24
-_BLOCK = 9**3
+# Bytes that are copied at a time: few beside a texture, and soon enough for Ctrl-C; large enough for the disk.
+_SLAB = 1 << 20
 # {member: allowed types}; every other member is refused.
 _MEMBERS = {
     "sdfrs_texture": ("<i8",),
@@ -59,56 +62,81 @@ def save(texture: SdfTexture, path: PathLike) -> None:
     writer(texture, path)
 
 
-def _layers(texture: SdfTexture, dtype: Any) -> Iterator[bytes]:
-    """All samples of a dense texture, x fastest, a slab at a time."""
+@dataclass(frozen=True)
+class _Part:
+    """An array to be written: its numbers in slabs, one after the other."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    slabs: Iterable[npt.NDArray[Any]]
+
+    def bytes(self) -> Iterator[memoryview]:
+        """Little-endian bytes, C order."""
+        kind = self.dtype.newbyteorder("<")
+        return (np.ascontiguousarray(slab, dtype=kind).reshape(-1).view(np.uint8).data for slab in self.slabs)
+
+
+def _spans(count: int, each: int) -> Iterator[tuple[int, int]]:
+    """All of `count` things of `each` bytes in spans of about a slab."""
+    step = max(1, _SLAB // each)
+    return ((first, min(first + step, count)) for first in range(0, count, step))
+
+
+def _samples(texture: SdfTexture) -> _Part:
+    """Samples of a dense texture, x fastest, or the nodes of a sparse one's bricks."""
     nz, ny, nx = texture.shape_zyx
-    step = max(1, _SLAB // (nx * ny * 4))
-    for first in range(0, nz, step):
-        yield _core.texture_layers(texture._node, first, first + step).astype(dtype, copy=False).tobytes()
+    shape = (texture._facts["kept"], 9, 9, 9) if texture.sparse else (nz, ny, nx)
+    spans = _spans(shape[0], texture.dtype.itemsize * math.prod(shape[1:]))
+    return _Part(texture.dtype, shape, (_core.texture_samples(texture._node, *span) for span in spans))
 
 
-def _blocks(texture: SdfTexture, dtype: Any) -> Iterator[bytes]:
-    """The nodes of a sparse texture's bricks, a slab at a time."""
-    kept, step = texture._facts["kept"], _SLAB // (_BLOCK * 4)
-    for first in range(0, kept, step):
-        yield _core.texture_nodes(texture._node, first, first + step).astype(dtype, copy=False).tobytes()
+def _array_part(dtype: str, value: Any) -> _Part:
+    array = np.asarray(value, dtype)
+    flat = array.reshape(-1)
+    return _Part(array.dtype, array.shape, (flat[a:b] for a, b in _spans(flat.size, array.itemsize)))
 
 
-def _save_npz(texture: SdfTexture, path: PathLike) -> None:
-    facts = texture._facts
-    small: dict[str, Any] = {
-        "sdfrs_texture": np.array(VERSION, "<i8"),
-        "bounds": np.array([facts["lo"], facts["hi"]], "<f8"),
-        "max_error": np.array(facts["max_error"], "<f8"),
-        "slopes": texture.brick_slopes.astype("<f4"),
+def _parts(texture: SdfTexture) -> dict[str, _Part]:
+    """All members of a texture's .npz."""
+    facts, node = texture._facts, texture._node
+    counts: tuple[int, ...] = tuple(reversed(facts["bricks"]))
+    each = lambda: _spans(math.prod(counts), 4)  # noqa: E731
+    f4 = np.dtype(np.float32)
+    parts = {
+        "sdfrs_texture": _array_part("i8", VERSION),
+        "bounds": _array_part("f8", [facts["lo"], facts["hi"]]),
+        "max_error": _array_part("f8", facts["max_error"]),
+        "slopes": _Part(f4, counts, (_core.texture_slopes(node, *span) for span in each())),
         "stepping": _text(texture.stepping),
     }
     if facts["lipschitz"] is not None:
-        small["lipschitz"] = np.array(facts["lipschitz"], "<f8")
+        parts["lipschitz"] = _array_part("f8", facts["lipschitz"])
     if texture.report is not None:
-        small["report"] = _text(json.dumps({**asdict(texture.report), "confidence": None}))
+        found = dataclasses.replace(texture.report, confidence=None)
+        parts["report"] = _text(json.dumps(asdict(found)))
         if texture.report.confidence is not None:
-            small["confidence"] = texture.report.confidence.astype("<f4")
-    kind = texture.dtype.newbyteorder("<")
-    name, slabs = "values", _layers(texture, kind)
-    shape: tuple[int, ...] = texture.shape_zyx
-    if texture.sparse:
-        table, far, scale = _core.texture_table(texture._node)
-        counts = small["slopes"].shape
-        small["dims"] = np.array(facts["dims"], "<i8")
-        small["table"], small["far"] = (v.reshape(counts) for v in (table.astype("<u4"), far.astype("<f4")))
-        if scale is not None:
-            small["scale"] = scale.astype("<f4")
-        name, shape, slabs = "nodes", (facts["kept"], 9, 9, 9), _blocks(texture, kind)
+            parts["confidence"] = _array_part("f4", texture.report.confidence)
+    if not texture.sparse:
+        return {**parts, "values": _samples(texture)}
+    table = (_core.texture_table(node, *span)[0] for span in each())
+    parts["dims"] = _array_part("i8", facts["dims"])
+    parts["table"] = _Part(np.dtype(np.uint32), counts, table)
+    parts["far"] = _Part(f4, counts, (_core.texture_table(node, *span)[1] for span in each()))
+    scale = _core.texture_scale(node)
+    if scale is not None:
+        parts["scale"] = _array_part("f4", scale)
+    return {**parts, "nodes": _samples(texture)}
+
+
+def _save_npz(texture: SdfTexture, path: PathLike) -> None:
     with atomic(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
-        for key, value in small.items():
-            with archive.open(_member(key), "w", force_zip64=True) as out:
-                np.lib.format.write_array(out, np.asarray(value, order="C"), allow_pickle=False)
-        with archive.open(_member(name), "w", force_zip64=True) as out:
-            header = {"descr": np.lib.format.dtype_to_descr(kind), "fortran_order": False, "shape": shape}
-            np.lib.format.write_array_header_2_0(out, header)  # type: ignore[no-untyped-call, unused-ignore]
-            for slab in slabs:
-                out.write(slab)
+        for name, part in _parts(texture).items():
+            with archive.open(_member(name), "w", force_zip64=True) as out:
+                descr = np.lib.format.dtype_to_descr(part.dtype.newbyteorder("<"))
+                header = {"descr": descr, "fortran_order": False, "shape": part.shape}
+                np.lib.format.write_array_header_2_0(out, header)  # type: ignore[no-untyped-call, unused-ignore]
+                for slab in part.bytes():
+                    out.write(slab)
 
 
 def _member(name: str) -> zipfile.ZipInfo:
@@ -116,8 +144,8 @@ def _member(name: str) -> zipfile.ZipInfo:
     return zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0))
 
 
-def _text(text: str) -> Any:
-    return np.frombuffer(text.encode(), np.uint8)
+def _text(text: str) -> _Part:
+    return _array_part("u1", np.frombuffer(text.encode(), np.uint8))
 
 
 def _save_raw(texture: SdfTexture, path: PathLike) -> None:
@@ -130,10 +158,11 @@ def _save_raw(texture: SdfTexture, path: PathLike) -> None:
         "order": "zyx, x fastest", "shape": list(dense.shape_zyx), "lo": list(lo), "hi": list(hi),
         "spacing": list(dense.spacing), "max_error": dense.max_error,
     }  # fmt: skip
-    with atomic(path) as file:
-        for slab in _layers(dense, kind):
+    # Both are whole before either takes its place.
+    with atomic(os.path.splitext(os.fspath(path))[0] + ".json") as head, atomic(path) as file:
+        head.write(json.dumps(header, indent=1).encode())
+        for slab in _samples(dense).bytes():
             file.write(slab)
-    atomic_write(os.path.splitext(os.fspath(path))[0] + ".json", json.dumps(header, indent=1).encode())
 
 
 def _save_vol(texture: SdfTexture, path: PathLike) -> None:
@@ -141,9 +170,10 @@ def _save_vol(texture: SdfTexture, path: PathLike) -> None:
     dense = texture.to_dense()
     nz, ny, nx = dense.shape_zyx
     lo, hi = dense.bounds
+    samples = dataclasses.replace(_samples(dense), dtype=np.dtype(np.float32))
     with atomic(path) as file:
         file.write(b"VOL\x03" + struct.pack("<iiiii6f", 1, nx, ny, nz, 1, *lo, *hi))
-        for slab in _layers(dense, np.dtype("<f4")):
+        for slab in samples.bytes():
             file.write(slab)
 
 

@@ -1,9 +1,15 @@
 """What several test files use: shapes of every kind, random points, a small camera."""
 
+import signal
+
 import numpy as np
 import pytest
 
 import sdfrs
+
+# A shell that starts a job in the background has it ignore Ctrl-C, and so would every process that a test starts.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def every_shape():

@@ -129,9 +129,17 @@ def test_failures_exit_with_1_and_one_line(name, here, capsys):
 def test_warnings_are_one_line(here, capsys):
     sdfrs.Scene(sdfrs.sphere(500)).save("large.json")
     for size in ([], SMALL):
-        assert main(["stats", "large.json", *size]) == 0
+        assert main(["stats", "large.json", "--t-max", "100", *size]) == 0
         err = capsys.readouterr().err
         assert err.startswith("sdfrs: warning: t_max=100") and err.count("\n") == 1
+
+
+def test_large_shapes_are_seen(here, capsys):
+    sdfrs.sphere(500).to_texture(32).save("large.npz")
+    for size in ([], SMALL):
+        assert main(["render", "large.npz", *size]) == 0
+        out = capsys.readouterr()
+        assert out.err == "" and not out.out.split("\n")[1].startswith("0 hits")
 
 
 def test_help_and_version_exit_with_0(capsys):

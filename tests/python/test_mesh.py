@@ -239,7 +239,7 @@ def test_wrong_types(name):
 
 
 def test_a_missing_file_is_said_to_be_missing(tmp_path):
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(sdfrs.MissingFileError, match="no file"):
         sdfrs.mesh_to_sdf_texture(tmp_path / "no.obj")
 
 

@@ -3,12 +3,14 @@
 import json
 import pickle
 import struct
+import tracemalloc
 import zipfile
 
 import numpy as np
 import pytest
 
 import sdfrs
+from sdfrs import _core
 
 BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 SCENE = sdfrs.sphere(0.6).translate((0.1, 0, 0)) - sdfrs.box((0.5, 2.0, 0.4))
@@ -248,19 +250,52 @@ def test_a_zip_bomb_is_refused_by_its_directory(tmp_path):
         sdfrs.load(tmp_path / "bomb.npz")
 
 
-def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "t.npz"
-    tex = made("dense")
-    tex.save(path)
-    before = path.read_bytes()
+@pytest.mark.parametrize("ending", ["npz", "raw", "vol"])
+@pytest.mark.parametrize("fault", [KeyboardInterrupt, OSError])
+def test_a_failed_save_leaves_the_old_files(tmp_path, monkeypatch, ending, fault):
+    path = tmp_path / f"t.{ending}"
+    made("dense").save(path)
+    before = {p: p.read_bytes() for p in tmp_path.iterdir()}
+    samples, calls = _core.texture_samples, []
 
-    def interrupted(*_):
-        raise KeyboardInterrupt
+    def second_slab(*span):
+        calls.append(span)
+        if len(calls) == 2:
+            raise fault
+        return samples(*span)
 
-    monkeypatch.setattr("sdfrs.texture_file._layers", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        tex.save(path)
-    assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
+    monkeypatch.setattr("sdfrs.texture_file._SLAB", 1 << 16)
+    monkeypatch.setattr(_core, "texture_samples", second_slab)
+    with pytest.raises(fault):
+        made("dense f16").save(path)
+    assert {p: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("ending", ["npz", "raw", "vol"])
+def test_files_are_written_in_slabs(tmp_path, ending):
+    tex = sdfrs.sphere(0.9).to_texture(192, bounds=BOX)
+    if ending == "npz":
+        tex = sdfrs.sphere(0.9).to_texture(256, bounds=BOX, sparse=True, band=0.4)
+    tracemalloc.start()
+    try:
+        tex.save(tmp_path / f"t.{ending}")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert tex.nbytes > 25e6 and most < 10e6, (tex.nbytes, most)
+
+
+def test_a_missing_folder_or_file_is_an_error_of_ours(tmp_path):
+    for call in (
+        lambda: made("dense").save(tmp_path / "no" / "t.npz"),
+        lambda: sdfrs.Scene(SCENE).save(tmp_path / "no" / "s.json"),
+        lambda: sdfrs.load(tmp_path / "no.npz"),
+        lambda: sdfrs.load(tmp_path / "no.json"),
+        lambda: sdfrs.mesh_to_sdf_texture(tmp_path / "no.obj"),
+    ):
+        with pytest.raises(sdfrs.Error, match="no ") as caught:
+            call()
+        assert isinstance(caught.value, sdfrs.MissingFileError) and isinstance(caught.value, FileNotFoundError)
 
 
 BAD = {

@@ -1,7 +1,8 @@
-//! Times one bake: `mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [raw=FILE]`.
+//! Times one bake: `mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [against=N] [raw=FILE]`.
 //!
 //! Prints one line of JSON: the least CPU and wall time of the repeats, everything from the mesh in memory to the grid
-//! in memory included. SDFRS_ISA caps the instruction set. `raw` writes the values of a dense grid as f32, x fastest.
+//! in memory included. `against` takes turns with another number of threads and prints how many times longer that takes
+//! (wall). SDFRS_ISA caps the instruction set. `raw` writes the values of a dense grid as f32, x fastest.
 
 use std::{collections::HashMap, io::Write, time::Instant};
 
@@ -17,13 +18,16 @@ fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [source, resolution, options @ ..] = args.as_slice() else {
         return Err(
-            "usage: mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [raw=FILE]"
+            "usage: mesh FILE.off|icosphere:LEVEL RESOLUTION [sparse] [repeats=N] [threads=N] [against=N] [raw=FILE]"
                 .into(),
         );
     };
     let option = |name: &str| options.iter().find_map(|o| o.strip_prefix(name)?.strip_prefix('='));
     let repeats: usize = option("repeats").unwrap_or("3").parse()?;
-    rayon::ThreadPoolBuilder::new().num_threads(option("threads").unwrap_or("1").parse()?).build_global()?;
+    let pool = |threads: &str| -> Result<_, Failure> {
+        Ok(rayon::ThreadPoolBuilder::new().num_threads(threads.parse()?).build()?)
+    };
+    let (own, other) = (pool(option("threads").unwrap_or("1"))?, option("against").map(pool).transpose()?);
     let mesh = match source.strip_prefix("icosphere:") {
         Some(level) => icosphere(level.parse()?),
         None => off(&std::fs::read_to_string(source)?)?,
@@ -31,14 +35,20 @@ fn main() -> Result<(), Failure> {
     let sparse = options.iter().any(|o| o == "sparse");
     let settings =
         Settings { resolution: Resolution::Cube(resolution.parse()?), sparse, ..Settings::default() };
-    let (mut least_cpu, mut least_wall) = (f64::INFINITY, f64::INFINITY);
+    let (mut least_cpu, mut least_wall, mut other_wall) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
     let mut last = None;
     for _ in 0..repeats.max(1) {
         drop(last.take());
         let (cpu_start, wall_start) = (cpu(), Instant::now());
-        last = Some(bake(&mesh, &settings, &())?);
+        last = Some(own.install(|| bake(&mesh, &settings, &()))?);
         least_wall = least_wall.min(wall_start.elapsed().as_secs_f64());
         least_cpu = least_cpu.min(cpu() - cpu_start);
+        if let Some(other) = &other {
+            drop(last.take());
+            let wall_start = Instant::now();
+            last = Some(other.install(|| bake(&mesh, &settings, &()))?);
+            other_wall = other_wall.min(wall_start.elapsed().as_secs_f64());
+        }
     }
     let Some(baked) = last else { return Ok(()) };
     if let (Some(path), Values::Dense(values)) = (option("raw"), &baked.values) {
@@ -48,6 +58,9 @@ fn main() -> Result<(), Failure> {
         }
     }
     report(&mesh, &baked, least_cpu, least_wall);
+    if other_wall.is_finite() {
+        println!("{{\"against\": {other_wall:.6}, \"ratio\": {:.3}}}", other_wall / least_wall);
+    }
     Ok(())
 }
 
@@ -55,7 +68,7 @@ fn report(mesh: &Mesh, baked: &Baked, cpu: f64, wall: f64) {
     let nodes: u64 = baked.dims.iter().product();
     let bytes = match &baked.values {
         Values::Dense(v) => 4 * v.len(),
-        Values::Sparse(s) => 4 * (s.table.len() + s.far.len() + s.nodes.len()),
+        Values::Sparse(s) => 4 * (s.words.len() + s.nodes.len()),
     };
     println!(
         "{{\"faces\": {}, \"nodes\": {nodes}, \"cpu\": {cpu:.6}, \"wall\": {wall:.6}, \"bytes\": {bytes}, \"peak_rss\": {}, \

@@ -13,9 +13,7 @@ use crate::{
     error::SceneError,
     eval::{Program, Scratch},
     grid::{
-        BRICK, BrickValues, Bricks, Claim, Grid, GridValues, Store,
-        bricks::FAR,
-        bricks_along,
+        BRICK, BrickValues, Bricks, Claim, Grid, GridValues, Store, Word, bricks_along,
         slope::{BLOCK, NODES, diagonal},
     },
     pool,
@@ -221,7 +219,7 @@ impl Job<'_> {
         })?;
         let kept: Vec<usize> = (0..total).filter(|&i| far[i] == 0.0).collect();
         let bytes = (kept.len() as u64).saturating_mul(BLOCK as u64 * 4);
-        if bytes > most_bytes || kept.len() >= FAR as usize {
+        if bytes > most_bytes || kept.len() >= Word::SLOTS as usize {
             let message = format!(
                 "the bricks near the surface need {} MiB, allowed: {} MiB",
                 bytes >> 20,
@@ -229,12 +227,12 @@ impl Job<'_> {
             );
             return Err(SceneError::new("to_texture", message));
         }
-        let mut table = vec![FAR; total];
-        for (slot, i) in kept.iter().enumerate() {
-            table[*i] = slot as u32;
+        let mut words: Vec<Word> = far.into_iter().map(Word::far).collect();
+        for (slot, i) in (0..).zip(&kept) {
+            words[*i] = Word::kept(slot);
         }
         let (nodes, worst) = self.blocks(&kept, count, total)?;
-        Ok((Store::Sparse(Bricks::new(table, far, BrickValues::F32(Arc::new(nodes)))), worst))
+        Ok((Store::Sparse(Bricks::new(words, BrickValues::F32(Arc::new(nodes)))), worst))
     }
 
     /// The nodes of the kept bricks.

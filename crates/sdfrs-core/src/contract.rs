@@ -194,6 +194,25 @@ pub struct Hits<T> {
     pub work: Work,
 }
 
+impl<T: Scalar> Hits<T> {
+    /// Room for so many rays.
+    pub fn blank(n: usize) -> Self {
+        let zero = T::of(0.0);
+        Self {
+            t: vec![zero; n],
+            status: vec![0; n],
+            steps: vec![0; n],
+            fallbacks: vec![0; n],
+            multiplier: vec![zero; n],
+            distance: vec![zero; n],
+            witness: vec![zero; n],
+            flags: vec![0; n],
+            threshold: zero,
+            work: Work::default(),
+        }
+    }
+}
+
 /// What was run to find the hits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Work {

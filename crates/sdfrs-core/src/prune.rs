@@ -380,17 +380,15 @@ impl Probe {
         let one = &part.ins[i];
         let [x, y, z] = [0, 1, 2].map(|a| self.slot(part, one.a[a], cell));
         let near = self.slot(part, one.d, cell) + 2.0 * self.deviation(part, one.d, cell, false);
-        let from = to.len();
-        to.resize(from + table.len(), 0.0);
-        let mut end = from;
+        to.reserve(table.len());
         for s in table.chunks_exact(4) {
             let (dx, dy, dz) = (x - s[0] as f32, y - s[1] as f32, z - s[2] as f32);
             let far = near + s[3] as f32;
             // Kept unless certainly farther; what is not a number is kept as well.
             let gone = far >= 0.0 && dx * dx + dy * dy + dz * dz > far * far;
-            to[end..end + 4].copy_from_slice(s);
-            end += if gone { 0 } else { 4 };
+            if !gone {
+                to.extend_from_slice(s);
+            }
         }
-        to.truncate(end);
     }
 }

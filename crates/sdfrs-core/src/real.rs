@@ -124,6 +124,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     /// Spacing of numbers just above 1: `ulp(x) = EPS * |x|`.
     const EPS: Self;
     const INFINITY: Self;
+    /// Largest finite number.
+    const MAX: Self;
     /// A few times the rounding error of a number next to zero.
     const TINY: Self;
     fn of(v: f64) -> Self;
@@ -139,6 +141,7 @@ macro_rules! scalar {
         impl Scalar for $t {
             const EPS: Self = <$t>::EPSILON;
             const INFINITY: Self = <$t>::INFINITY;
+            const MAX: Self = <$t>::MAX;
             const TINY: Self = <$t>::MIN_POSITIVE;
             #[inline(always)]
             fn of(v: f64) -> Self {

@@ -70,7 +70,7 @@ pub fn layout(grids: &[Arc<Grid>]) -> Result<(Vec<Parts>, u64), GpuError> {
                     BrickValues::F16(v) => take(v.len().div_ceil(2)),
                     BrickValues::U8 { codes, .. } => take(codes.len().div_ceil(4)),
                 };
-                parts.table = take(2 * bricks.table().len());
+                parts.table = take(2 * bricks.words().len());
                 if let BrickValues::U8 { scale, .. } = nodes {
                     parts.scale = take(scale.len());
                 }
@@ -159,14 +159,15 @@ fn upload(device: &Device, grids: &[Arc<Grid>]) -> Result<wgpu::Buffer, GpuError
                         send.words(parts.scale, scale)?;
                     }
                 }
-                send.words(parts.table, bricks.table())?;
-                send.words(parts.table + bricks.table().len() as u64, bricks.far())?;
+                let words = bricks.words();
+                send.each(parts.table, words, 1, |w| w[0].entry())?;
+                send.each(parts.table + words.len() as u64, words, 1, |w| w[0].value().to_bits())?;
             }
         }
         if rule(grid) != 0 {
-            let slopes = grid.slopes();
-            send.words(parts.slopes, &slopes.bricks)?;
-            send.words(parts.slopes + slopes.bricks.len() as u64, &slopes.near)?;
+            let all: Vec<usize> = (0..bricks_along(grid.dims()).iter().product()).collect();
+            send.each(parts.slopes, &all, 1, |b| grid.slopes_of(b[0])[0].to_bits())?;
+            send.each(parts.slopes + all.len() as u64, &all, 1, |b| grid.slopes_of(b[0])[1].to_bits())?;
         }
     }
     Ok(buffer)

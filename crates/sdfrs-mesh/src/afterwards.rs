@@ -1,13 +1,12 @@
 //! Signs that need no nearest triangle, given to distances once these are there: winding numbers and parity.
 //!
 //! By whole numbers along the grid's columns where the method has them (closed meshes, parity), else by asking for each
-//! node. A part of a sparse grid without bricks has the sign of its middle.
+//! node.
 
 use rayon::prelude::*;
 
 use crate::{
     MeshError, Watch,
-    bricks::{Bricks, SIDE},
     budget::Budget,
     grid::Grid,
     sign::{Columns, Signs},
@@ -25,10 +24,18 @@ pub struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(signs: &'a Signs<'a>, grid: &'a Grid, budget: &Budget, watch: &'a dyn Watch) -> Self {
+    pub fn new(
+        signs: &'a Signs<'a>,
+        grid: &'a Grid,
+        budget: &Budget,
+        watch: &'a dyn Watch,
+    ) -> Result<Self, MeshError> {
         let lines: [Vec<f64>; 3] = std::array::from_fn(|k| grid.line(k));
-        let columns = signs.columns([&lines[0], &lines[1], &lines[2]], budget.left());
-        Self { signs, columns, grid, watch }
+        let columns = signs.columns_until([&lines[0], &lines[1], &lines[2]], budget.left(), watch)?;
+        if columns.is_none() {
+            signs.prepare(watch)?;
+        }
+        Ok(Self { signs, columns, grid, watch })
     }
 
     /// Signs for a dense grid, x fastest.
@@ -47,28 +54,22 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// Signs for one task's bricks.
-    pub fn bricks(&self, part: &mut Bricks) -> Result<(), MeshError> {
-        let half = f64::from(SIDE / 2);
-        let middle = |key: [u32; 3]| self.grid.place(key.map(|b| f64::from(SIDE * b) + half)).to_array();
-        let far = part.far.iter().map(|(_, far)| self.grid.unit(far.centre.map(f64::from)));
-        let flat = part.flat.iter().map(|(key, _)| self.grid.unit(middle(*key)));
-        let points: Vec<[f64; 3]> = far.chain(flat).collect();
+    /// Points in the descent's frame.
+    pub fn points(&self, points: impl Iterator<Item = [f64; 3]>) -> Result<Vec<bool>, MeshError> {
+        let points: Vec<[f64; 3]> = points.map(|p| self.grid.unit(p)).collect();
         let mut inside = vec![false; points.len()];
-        self.signs.inside_many(&points, &mut inside);
-        let flags =
-            part.far.iter_mut().map(|(_, far)| &mut far.inside).chain(part.flat.iter_mut().map(|(_, i)| i));
-        for (flag, inside) in flags.zip(inside) {
-            *flag = inside;
-        }
-        for brick in 0..part.keys.len() {
-            let (nodes, places): (Vec<[u32; 3]>, Vec<usize>) =
-                part.places(brick).map(|(index, place)| (self.world(index), place)).unzip();
-            for (place, _) in places.into_iter().zip(self.inside(&nodes)?).filter(|(_, inside)| *inside) {
-                part.nodes[place] = -part.nodes[place];
+        for (points, inside) in points.chunks(BATCH).zip(inside.chunks_mut(BATCH)) {
+            if self.watch.cancelled() {
+                return Err(MeshError::Cancelled);
             }
+            self.signs.inside_many(points, inside);
         }
-        Ok(())
+        Ok(inside)
+    }
+
+    /// Nodes by their indices along the descent's axes.
+    pub fn nodes(&self, nodes: &[[u32; 3]]) -> Result<Vec<bool>, MeshError> {
+        self.inside(&nodes.iter().map(|n| self.world(*n)).collect::<Vec<_>>())
     }
 
     /// Nodes by their indices along x, y and z.

@@ -7,25 +7,28 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use sdfrs_core::eval::{Isa, isa};
 
 use crate::{
-    Mesh, MeshError, Watch,
+    Mesh, MeshError, Pulse, Watch,
     afterwards::Judge,
-    assembly::Assembly,
-    bricks::{Bricks, SIDE, Units},
+    assembly::SIDE,
+    bricks::Bricks,
     budget::Budget,
-    check::{Checked, Findings, check},
+    check::{Checked, Findings, check_until},
     clusters,
     dense::Dense,
     descent::{Descent, prepare},
     error_bound::{bound, slack},
     frames::{Slab, Tri},
     grid::Grid,
-    isa::{Isa, isa},
     kernels::Kernels,
     layout::{self, Layout},
     sign::{Method, SignRule, Signs},
+    store::{Store, Units},
 };
+
+pub use crate::store::Sparse;
 
 /// Nodes along an axis: at least 2, at most this.
 pub const MAX_RESOLUTION: u32 = 1 << 16;
@@ -73,19 +76,6 @@ impl Default for Settings {
     }
 }
 
-/// Bricks near the surface; see `bricks`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sparse {
-    /// Along x, y and z.
-    pub bricks: [u32; 3],
-    /// One per brick, x fastest: which of the kept ones; u32::MAX: not kept.
-    pub table: Vec<u32>,
-    /// One per brick: |d| is nowhere in it less than |far|, and d has its sign. Of kept bricks: 0.
-    pub far: Vec<f32>,
-    /// Kept bricks, 9 x 9 x 9 nodes each (8 cells and the next bricks' first nodes), x fastest.
-    pub nodes: Vec<f32>,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// x fastest, node-centred.
@@ -116,7 +106,7 @@ pub struct Baked {
 pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked, MeshError> {
     let budget = Budget::new(settings.budget_bytes);
     let layout = layout::given(settings)?;
-    let (checked, findings) = check(mesh)?;
+    let (checked, findings) = check_until(mesh, watch)?;
     if watch.cancelled() {
         return Err(MeshError::Cancelled);
     }
@@ -124,11 +114,11 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
         Some(layout) => layout,
         None => layout::around(settings, findings.bounds)?,
     };
-    let signs = Signs::new(&checked, &findings, settings.sign)?;
-    let mut job = Job::new(&checked, &layout, settings, &budget)?;
+    let signs = Signs::until(&checked, &findings, settings.sign, watch)?;
+    let mut job = Job::new(&checked, &layout, settings, &budget, watch)?;
     job.closed = findings.closed() && findings.needle_faces == 0;
     let descent = job.descent(&signs, watch)?;
-    let values = if settings.sparse { job.sparse(&descent, &signs)? } else { job.dense(&descent, &signs)? };
+    let values = if settings.sparse { job.sparse(descent, &signs)? } else { job.dense(descent, &signs)? };
     let confidence = if settings.confidence { Some(job.confidence(&signs, watch)?) } else { None };
     let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
     let Layout { dims, lo, hi } = layout;
@@ -146,14 +136,21 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn of(mesh: &Checked, grid: &Grid) -> Self {
+    /// Of no use once the watch wants no more.
+    fn of(mesh: &Checked, grid: &Grid, watch: &dyn Watch) -> Self {
         let vertex = |v: &[f64; 3]| {
+            if watch.cancelled() {
+                return (1.0, f64::INFINITY);
+            }
             let f = grid.frame(*v);
             (f.abs().max_element(), f.length_squared())
         };
         let both = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.min(b.1));
         let (size, nearest) = mesh.vertices.par_iter().map(vertex).reduce(|| (1.0, f64::INFINITY), both);
         let edge = |face: usize| {
+            if watch.cancelled() {
+                return 0.0;
+            }
             let [a, b, c] = mesh.corners(face).map(DVec3::from_array);
             (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared())
         };
@@ -187,6 +184,7 @@ impl<'a> Job<'a> {
         layout: &'a Layout,
         settings: &'a Settings,
         budget: &'a Budget,
+        watch: &dyn Watch,
     ) -> Result<Self, MeshError> {
         let Layout { dims, lo, hi } = *layout;
         let unit =
@@ -195,7 +193,8 @@ impl<'a> Job<'a> {
         let nodes = if settings.sparse { bricks.map(|b| b * SIDE + 1) } else { dims };
         let (first, last) = (unit(lo), unit(hi));
         let grid = Grid::new(first, last, dims, nodes);
-        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid);
+        let Sizes { size, longest, nearest } = Sizes::of(mesh, &grid, watch);
+        Pulse::new(watch).ask()?;
         let scale = mesh.scale * grid.scale;
         if !(size < 1e9) {
             let message =
@@ -236,7 +235,7 @@ impl<'a> Job<'a> {
         self.budget.take((faces * each) as u64, "triangles in their frames")?;
         let corners = |f: usize| self.mesh.faces[f].map(|v| self.grid.frame(self.mesh.vertices[v as usize]));
         let order = clusters::order(corners, faces, watch)?;
-        let (tris, slabs) = prepare(self.mesh, &self.grid, &order);
+        let (tris, slabs) = prepare(self.mesh, &self.grid, &order, watch)?;
         let band = f64::from(self.band) / f64::from(self.scale);
         Ok(Descent {
             tris,
@@ -262,13 +261,13 @@ impl<'a> Job<'a> {
         matches!(signs.method(), Method::Winding | Method::Parity)
     }
 
-    fn dense(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+    fn dense(&self, descent: Descent, signs: &Signs) -> Result<Values, MeshError> {
         let dims = self.layout.dims;
         let mut values = self.floats(dims)?;
         let sink = Dense::new(&mut values, &self.grid, dims, self.scale, self.band);
         descent.run(&sink)?;
         if self.signs_follow(signs) {
-            Judge::new(signs, &self.grid, self.budget, descent.watch).dense(&mut values, dims)?;
+            Judge::new(signs, &self.grid, self.budget, descent.watch)?.dense(&mut values, dims)?;
         }
         Ok(Values::Dense(values))
     }
@@ -283,20 +282,20 @@ impl<'a> Job<'a> {
         Ok(vec![0.0; count])
     }
 
-    fn sparse(&self, descent: &Descent, signs: &Signs) -> Result<Values, MeshError> {
+    fn sparse(&self, descent: Descent, signs: &Signs) -> Result<Values, MeshError> {
         let units = Units { scale: self.scale, band: self.band };
-        self.budget.take(Assembly::tables(self.bricks), "tables of bricks")?;
-        let mut parts = descent.run(&Bricks::new(self.budget, &self.grid, units))?;
-        if self.signs_follow(signs) {
-            let judge = Judge::new(signs, &self.grid, self.budget, descent.watch);
-            parts.par_iter_mut().try_for_each(|part| judge.bricks(part))?;
-        }
-        Ok(Values::Sparse(Assembly::run(&self.grid, units, self.bricks, self.budget, &parts)?))
+        let store = Store::new(&self.grid, units, self.bricks, self.budget)?;
+        let judge = self.signs_follow(signs);
+        let judge = judge.then(|| Judge::new(signs, &self.grid, self.budget, descent.watch)).transpose()?;
+        descent.run(&Bricks::new(&store, judge.as_ref()))?;
+        drop((descent, judge));
+        Ok(Values::Sparse(store.finish()?))
     }
 
     fn confidence(&self, signs: &Signs, watch: &dyn Watch) -> Result<Vec<f32>, MeshError> {
         let dims = self.layout.dims;
         let mut out = self.floats(dims)?;
+        signs.prepare_confidence(watch)?;
         let (axes, width) = (self.grid.axes, dims[0] as usize);
         out.par_chunks_mut(width).enumerate().try_for_each(|(row, values)| {
             if watch.cancelled() {

@@ -13,7 +13,7 @@ mod frame;
 mod survey;
 mod weld;
 
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse, Watch};
 use glam::DVec3;
 
 pub(crate) use edges::{Edges, NONE};
@@ -96,11 +96,21 @@ impl Findings {
 
 /// Checks `mesh`, and brings it into the unit frame.
 pub fn check(mesh: &Mesh) -> Result<(Checked, Findings), MeshError> {
-    believe(mesh)?;
+    check_until(mesh, &())
+}
+
+/// The same, given up when the watch says so.
+pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings), MeshError> {
+    let mut pulse = Pulse::new(watch);
+    let pulse = &mut pulse;
+    believe(mesh, pulse)?;
     let mut faces = mesh.faces.clone();
+    pulse.ask()?;
     let used = frame::used(mesh, &faces);
+    pulse.ask()?;
     let mut bounds = frame::bounds(mesh, &used);
-    let mut pass = Pass::new(mesh, &faces, &used, bounds);
+    pulse.ask()?;
+    let mut pass = Pass::new(mesh, &faces, &used, bounds, pulse)?;
     if pass.degenerate() > 0 {
         // A face without area mustn't stretch the frame either.
         faces.retain(|f| flatness(&f.map(|v| mesh.vertices[v as usize])) == Flat::No);
@@ -108,7 +118,7 @@ pub fn check(mesh: &Mesh) -> Result<(Checked, Findings), MeshError> {
         let kept = frame::bounds(mesh, &used);
         if !faces.is_empty() && kept != bounds {
             bounds = kept;
-            pass = Pass::new(mesh, &faces, &used, bounds);
+            pass = Pass::new(mesh, &faces, &used, bounds, pulse)?;
         }
     }
     if pass.kept.is_empty() {
@@ -117,11 +127,11 @@ pub fn check(mesh: &Mesh) -> Result<(Checked, Findings), MeshError> {
             format!("none of the {} has an area (corners in one place or on one line)", mesh.faces.len()),
         ));
     }
-    Ok(pass.finish(mesh, bounds))
+    pass.finish(mesh, bounds, pulse)
 }
 
 /// Sizes, coordinates, indices.
-fn believe(mesh: &Mesh) -> Result<(), MeshError> {
+fn believe(mesh: &Mesh, pulse: &mut Pulse) -> Result<(), MeshError> {
     let (vertices, faces) = (mesh.vertices.len() as u64, mesh.faces.len() as u64);
     if vertices == 0 || faces == 0 {
         let message = format!("{vertices} vertices and {faces} faces given; at least 3 and 1 are needed");
@@ -133,6 +143,7 @@ fn believe(mesh: &Mesh) -> Result<(), MeshError> {
         }
     }
     for (i, v) in mesh.vertices.iter().enumerate() {
+        pulse.beat()?;
         if let Some(axis) = (0..3).find(|&axis| !v[axis].is_finite()) {
             let message =
                 format!("{} is {}, but coordinates have to be finite", ["x", "y", "z"][axis], v[axis]);
@@ -140,6 +151,7 @@ fn believe(mesh: &Mesh) -> Result<(), MeshError> {
         }
     }
     for (i, f) in mesh.faces.iter().enumerate() {
+        pulse.beat()?;
         if let Some(&v) = f.iter().find(|&&v| u64::from(v) >= vertices) {
             let message = format!("has vertex {v}, but the mesh has only 0 to {}", vertices - 1);
             return Err(MeshError::bad(format!("face {i}"), message));
@@ -161,9 +173,15 @@ struct Pass {
 }
 
 impl Pass {
-    fn new(mesh: &Mesh, faces: &[[u32; 3]], used: &[bool], bounds: ([f64; 3], [f64; 3])) -> Self {
+    fn new(
+        mesh: &Mesh,
+        faces: &[[u32; 3]],
+        used: &[bool],
+        bounds: ([f64; 3], [f64; 3]),
+        pulse: &mut Pulse,
+    ) -> Result<Self, MeshError> {
         let frame = Frame::around(bounds);
-        let weld = weld::weld(mesh, used, &frame);
+        let weld = weld::weld(mesh, used, &frame, pulse)?;
         let mut pass = Self {
             frame,
             vertices: weld.vertices,
@@ -174,6 +192,7 @@ impl Pass {
             collapsed: (mesh.faces.len() - faces.len()) as u64,
         };
         for face in faces {
+            pulse.beat()?;
             let f = face.map(|v| weld.of[v as usize]);
             match flatness(&f.map(|v| pass.vertices[v as usize])) {
                 Flat::No => pass.kept.push(f),
@@ -181,18 +200,25 @@ impl Pass {
                 Flat::Collapsed => pass.collapsed += 1,
             }
         }
-        pass
+        Ok(pass)
     }
 
     fn degenerate(&self) -> u64 {
         self.collapsed + self.needles.len() as u64
     }
 
-    fn finish(mut self, mesh: &Mesh, bounds: ([f64; 3], [f64; 3])) -> (Checked, Findings) {
+    fn finish(
+        mut self,
+        mesh: &Mesh,
+        bounds: ([f64; 3], [f64; 3]),
+        pulse: &mut Pulse,
+    ) -> Result<(Checked, Findings), MeshError> {
         let needles = std::mem::take(&mut self.needles);
         let degenerate = self.collapsed + needles.len() as u64;
-        let edges = survey::survey(&mut self.kept, &needles, self.vertices.len());
+        let edges = survey::survey(&mut self.kept, &needles, self.vertices.len(), pulse)?;
+        let components = weld::components(&self.kept, self.vertices.len(), pulse)?;
         let volume = volume(&self.vertices, &self.kept);
+        pulse.ask()?;
         let findings = Findings {
             vertices: mesh.vertices.len() as u64,
             faces: mesh.faces.len() as u64,
@@ -205,7 +231,7 @@ impl Pass {
             nonmanifold_edges: edges.nonmanifold,
             nonmanifold_vertices: edges.nonmanifold_vertices,
             misoriented_edges: edges.misoriented,
-            components: weld::components(&self.kept, self.vertices.len()),
+            components,
             watertight: edges.odd == 0,
             manifold: edges.nonmanifold == 0 && edges.nonmanifold_vertices == 0,
             oriented: edges.misoriented == 0,
@@ -214,7 +240,7 @@ impl Pass {
             bounds,
         };
         let Frame { centre, scale } = self.frame;
-        (Checked { vertices: self.vertices, faces: self.kept, centre, scale }, findings)
+        Ok((Checked { vertices: self.vertices, faces: self.kept, centre, scale }, findings))
     }
 }
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    MeshError, Watch,
+    MeshError, Pulse, Watch,
     budget::Budget,
     check::Checked,
     clusters::CLUSTER,
@@ -38,11 +38,11 @@ pub trait Sink: Send + Sized {
     /// A cell of 8 x 8 x 16 nodes begins.
     fn open(&mut self, _cell: &Cell) {}
     /// It ends.
-    fn close(&mut self) -> Result<(), MeshError> {
+    fn close(&mut self) {}
+    /// The task ends.
+    fn finish(self) -> Result<(), MeshError> {
         Ok(())
     }
-    /// The task ends.
-    fn finish(&mut self) {}
     /// Signed distances at the nodes of a leaf.
     fn leaf(&mut self, cell: &Cell, values: &[f32; 16]);
     /// All points of the cell, and the nodes one past its end, are farther than the band.
@@ -124,8 +124,8 @@ pub(crate) enum Kind {
 }
 
 impl Descent<'_> {
-    /// Down from one cell around everything; what the tasks found, in the cells' order.
-    pub fn run<S: Sink + Sync>(&self, sink: &S) -> Result<Vec<S>, MeshError> {
+    /// Down from one cell around everything.
+    pub fn run<S: Sink + Sync>(&self, sink: &S) -> Result<(), MeshError> {
         let dims = self.grid.dims;
         let widest = dims[0].max(dims[1]).max(dims[2].div_ceil(2));
         let side = if self.signs.is_some() { Side::Unknown } else { Side::Outside };
@@ -144,13 +144,7 @@ impl Descent<'_> {
     }
 
     /// Cells too large for one task.
-    fn top<S: Sink + Sync>(
-        &self,
-        sink: &S,
-        list: Vec<u32>,
-        kind: Kind,
-        cell: Cell,
-    ) -> Result<Vec<S>, MeshError> {
+    fn top<S: Sink + Sync>(&self, sink: &S, list: Vec<u32>, kind: Kind, cell: Cell) -> Result<(), MeshError> {
         if self.watch.cancelled() {
             return Err(MeshError::Cancelled);
         }
@@ -163,12 +157,12 @@ impl Descent<'_> {
             arena.reserve(self.budget, list.len(), 0, 0)?;
             arena.ids[..list.len()].copy_from_slice(&list);
             self.descend(&mut arena, &mut part, kind, [0, list.len()], 0, cell)?;
-            part.finish();
+            part.finish()?;
             if let Ok(mut arenas) = self.arenas.lock() {
                 arenas.push(arena);
             }
             self.watch.advance(cell.count());
-            return Ok(vec![part]);
+            return Ok(());
         }
         let mut cells = Vec::with_capacity(8);
         let bytes = (list.len() * size_of::<u32>() * 9) as u64;
@@ -187,10 +181,10 @@ impl Descent<'_> {
             arenas.push(arena);
         }
         drop(list);
-        let found: Result<Vec<Vec<S>>, MeshError> =
-            cells.into_par_iter().map(|(ids, next)| self.top(sink, ids, kind, next)).collect();
+        part.finish()?;
+        cells.into_par_iter().try_for_each(|(ids, next)| self.top(sink, ids, kind, next))?;
         self.budget.give(bytes);
-        Ok(std::iter::once(part).chain(found?.into_iter().flatten()).collect())
+        Ok(())
     }
 
     pub(crate) fn expand(&self, slabs: &[u32]) -> Vec<u32> {
@@ -239,7 +233,10 @@ impl Descent<'_> {
             let n = self.kernels.pick(&above[from..], masks, 3 << (2 * pair), below);
             self.descend(arena, sink, kind, [end, end + n], mask + count, next)?;
         }
-        if cell.n == 8 { sink.close() } else { Ok(()) }
+        if cell.n == 8 {
+            sink.close();
+        }
+        Ok(())
     }
 
     /// The cell of a pair of children, or of the one that has nodes within the band; hands over those that have not.
@@ -284,13 +281,25 @@ impl Descent<'_> {
 }
 
 /// The mesh's triangles in the descent's frame, in their order, and clusters of them.
-pub fn prepare(mesh: &Checked, grid: &Grid, order: &[u32]) -> (Vec<Tri>, Vec<Slab>) {
+pub fn prepare(
+    mesh: &Checked,
+    grid: &Grid,
+    order: &[u32],
+    watch: &dyn Watch,
+) -> Result<(Vec<Tri>, Vec<Slab>), MeshError> {
     let weights = DVec3::from_array(grid.weights.map(f64::from));
     let corners = |f: u32| mesh.faces[f as usize].map(|v| grid.frame(mesh.vertices[v as usize]));
-    let tris = order.par_iter().map(|&f| Tri::new(corners(f), weights)).collect();
+    // Once nobody waits for them, zeros do.
+    let tri = |&f: &u32| if watch.cancelled() { Tri::default() } else { Tri::new(corners(f), weights) };
+    let tris = order.par_iter().map(tri).collect();
     let slab = |cluster: &[u32]| {
+        if watch.cancelled() {
+            return Slab::default();
+        }
         let all: Vec<DVec3> = cluster.iter().flat_map(|&f| corners(f)).collect();
         Slab::new(&all, weights)
     };
-    (tris, order.par_chunks(CLUSTER).map(slab).collect())
+    let slabs = order.par_chunks(CLUSTER).map(slab).collect();
+    Pulse::new(watch).ask()?;
+    Ok((tris, slabs))
 }

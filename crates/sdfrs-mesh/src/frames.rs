@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 /// One of the two right triangles: the hypotenuse runs from (w, 0) to (0, h), its normal is (nh, nw).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Half {
     pub w: f32,
@@ -19,7 +19,7 @@ pub struct Half {
     pub length: f32,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub struct Tri {
     /// The foot.
@@ -90,7 +90,7 @@ fn upright(c: DVec3, e1: DVec3, foot: f64) -> (f64, DVec3) {
 }
 
 /// Triangles of a cluster in an oriented box, flat along their mean normal.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]
 pub struct Slab {
     pub middle: [f32; 3],

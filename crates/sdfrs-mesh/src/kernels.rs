@@ -2,9 +2,10 @@
 //!
 //! Law: the bits are the same on all of them (`tests/isa.rs`).
 
+use sdfrs_core::eval::{Isa, best};
+
 use crate::{
     frames::{Slab, Tri},
-    isa::{Isa, best},
     lanes::{Lanes, Row},
 };
 

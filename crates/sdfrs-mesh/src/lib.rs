@@ -21,7 +21,6 @@ mod exact;
 mod examine;
 mod frames;
 mod grid;
-pub mod isa;
 mod kernels;
 mod lanes;
 mod layout;
@@ -32,6 +31,7 @@ pub mod read;
 mod shared;
 mod sides;
 pub mod sign;
+mod store;
 
 pub use error::MeshError;
-pub use mesh::{Mesh, Watch};
+pub use mesh::{Mesh, Pulse, Watch};

@@ -1,4 +1,6 @@
-//! Triangles as they came from a file or an array, before anything is believed of them.
+//! Triangles as they came from a file or an array, before anything is believed of them; who waits for the work.
+
+use crate::MeshError;
 
 /// Vertices in world units; faces by vertex index, counter-clockwise seen from outside.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,3 +20,28 @@ pub trait Watch: Sync {
 
 /// Nobody listens.
 impl Watch for () {}
+
+/// Asks a watch now and then, for loops of many short turns: every few milliseconds.
+pub struct Pulse<'w> {
+    watch: &'w dyn Watch,
+    turns: u32,
+}
+
+impl<'w> Pulse<'w> {
+    pub fn new(watch: &'w dyn Watch) -> Self {
+        Self { watch, turns: 0 }
+    }
+
+    /// One turn.
+    #[inline(always)]
+    pub fn beat(&mut self) -> Result<(), MeshError> {
+        self.turns = self.turns.wrapping_add(1);
+        if self.turns.is_multiple_of(8192) { self.ask() } else { Ok(()) }
+    }
+
+    /// A step after which it is time in any case.
+    #[inline(never)]
+    pub fn ask(&self) -> Result<(), MeshError> {
+        if self.watch.cancelled() { Err(MeshError::Cancelled) } else { Ok(()) }
+    }
+}

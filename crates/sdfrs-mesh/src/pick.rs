@@ -113,7 +113,9 @@ mod x86 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{isa::Isa, kernels::Kernels, pick::ROOM};
+    use sdfrs_core::eval::Isa;
+
+    use crate::{kernels::Kernels, pick::ROOM};
 
     #[test]
     fn the_same_on_every_instruction_set() {

@@ -18,7 +18,7 @@ pub mod polygon;
 mod stl;
 mod text;
 
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse, Watch};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -66,17 +66,27 @@ const MAX_BYTES: u64 = 1 << 34;
 
 /// Reads a file; its name is in every error.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, MeshError> {
+    read_until(path, &())
+}
+
+/// The same, given up when the watch says so.
+pub fn read_until(path: impl AsRef<Path>, watch: &dyn Watch) -> Result<Mesh, MeshError> {
     let path = path.as_ref();
     let format = Format::of(path)?;
     let named = |message: String| MeshError::bad(path.display().to_string(), message);
-    let bytes = bytes(path).map_err(named)?;
-    parse(format, &bytes).map_err(|error| match error {
+    let mut pulse = Pulse::new(watch);
+    let bytes = bytes(path, &pulse).map_err(named)?;
+    // Where it ended early because nobody wants it any more.
+    pulse.ask()?;
+    parse_until(format, &bytes, &mut pulse).map_err(|error| match error {
         MeshError::Bad { element, message } => named(format!("{element}: {message}")),
         other => other,
     })
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+/// A file's contents, or their beginning once nobody wants them any more.
+fn bytes(path: &Path, pulse: &Pulse) -> Result<Vec<u8>, String> {
+    const PORTION: u64 = 1 << 24;
     let mut file = File::open(path).map_err(|e| format!("cannot be opened: {e}"))?;
     let about = file.metadata().map_err(|e| format!("cannot be looked at: {e}"))?;
     if !about.is_file() {
@@ -89,18 +99,28 @@ fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let room = bytes.try_reserve_exact(about.len() as usize + 1);
     room.map_err(|_| format!("has {} bytes, for which there is no memory", about.len()))?;
     // A file that grows meanwhile is not followed.
-    file.by_ref().take(about.len()).read_to_end(&mut bytes).map_err(|e| format!("cannot be read: {e}"))?;
+    for first in (0..about.len()).step_by(PORTION as usize) {
+        let portion = PORTION.min(about.len() - first);
+        file.by_ref().take(portion).read_to_end(&mut bytes).map_err(|e| format!("cannot be read: {e}"))?;
+        if pulse.ask().is_err() {
+            break;
+        }
+    }
     Ok(bytes)
 }
 
 /// Reads the contents of a file.
 pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, MeshError> {
+    parse_until(format, bytes, &mut Pulse::new(&()))
+}
+
+fn parse_until(format: Format, bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let mesh = match format {
-        Format::Obj => obj::parse(bytes),
-        Format::Stl => stl::parse(bytes),
-        Format::Ply => ply::parse(bytes),
-        Format::Off => off::parse(bytes),
-        Format::Glb => glb::parse(bytes),
+        Format::Obj => obj::parse(bytes, pulse),
+        Format::Stl => stl::parse(bytes, pulse),
+        Format::Ply => ply::parse(bytes, pulse),
+        Format::Off => off::parse(bytes, pulse),
+        Format::Glb => glb::parse(bytes, pulse),
     }?;
     if mesh.faces.is_empty() {
         let message = format!("{} vertices, but no faces: not a mesh", mesh.vertices.len());

@@ -10,7 +10,7 @@ pub struct Shared<'a> {
     life: PhantomData<&'a mut [f32]>,
 }
 
-// SAFETY: `write` is the only access, and its callers answer for the places.
+// SAFETY: `write` and `copy` are the only accesses, and their callers answer for the places.
 #[allow(unsafe_code)]
 unsafe impl Send for Shared<'_> {}
 #[allow(unsafe_code)]
@@ -29,5 +29,15 @@ impl<'a> Shared<'a> {
         assert!(at <= self.len && values.len() <= self.len - at, "written past the end of the grid");
         // SAFETY: inside the array, which is borrowed for as long as `self` lives; alone there by the contract.
         unsafe { std::ptr::copy_nonoverlapping(values.as_ptr(), self.first.add(at), values.len()) }
+    }
+
+    /// # Safety
+    /// No other task writes either place.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub unsafe fn copy(&self, from: usize, to: usize) {
+        assert!(from < self.len && to < self.len, "outside of the grid");
+        // SAFETY: as above.
+        unsafe { *self.first.add(to) = *self.first.add(from) }
     }
 }

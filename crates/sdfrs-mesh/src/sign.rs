@@ -18,8 +18,8 @@ mod solid;
 mod tree;
 mod winding;
 
-use crate::MeshError;
 use crate::check::{Checked, Findings};
+use crate::{MeshError, Pulse, Watch};
 pub use columns::Columns;
 use columns::Rule;
 use lines::Lines;
@@ -83,18 +83,56 @@ pub struct Signs<'m> {
 
 impl<'m> Signs<'m> {
     pub fn new(mesh: &'m Checked, findings: &Findings, rule: SignRule) -> Result<Self, MeshError> {
+        Self::until(mesh, findings, rule, &())
+    }
+
+    /// The same, given up when the watch says so; with all that the rule needs, which `new` makes when it is asked for.
+    pub fn until(
+        mesh: &'m Checked,
+        findings: &Findings,
+        rule: SignRule,
+        watch: &dyn Watch,
+    ) -> Result<Self, MeshError> {
         let closed = findings.closed() && findings.needle_faces == 0;
-        let (method, why) = choose(mesh, findings, rule);
+        let (method, why) = choose(mesh, findings, rule, watch)?;
+        let mut pulse = Pulse::new(watch);
+        let pseudo = match method {
+            Method::Pseudonormal => Some(Pseudo::new(mesh, &mut pulse)?),
+            _ => None,
+        };
         Ok(Self {
             mesh,
             method,
             why,
             closed,
             inverted: closed && findings.signed_volume < 0.0 && method == Method::Pseudonormal,
-            pseudo: (method == Method::Pseudonormal).then(|| Pseudo::new(mesh)),
+            pseudo,
             winding: OnceLock::new(),
             lines: OnceLock::new(),
         })
+    }
+
+    /// Makes what takes a while now rather than when it is first asked for, given up when the watch says so.
+    pub fn prepare(&self, watch: &dyn Watch) -> Result<(), MeshError> {
+        // Another thread may have been faster.
+        match self.method {
+            Method::Winding if self.winding.get().is_none() => {
+                let _ = self.winding.set(Winding::new(self.mesh, watch)?);
+            }
+            Method::Parity if self.lines.get().is_none() => {
+                let _ = self.lines.set(Lines::new(self.mesh, watch)?);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The same for `confidence_many`.
+    pub fn prepare_confidence(&self, watch: &dyn Watch) -> Result<(), MeshError> {
+        if !self.closed && self.winding.get().is_none() {
+            let _ = self.winding.set(Winding::new(self.mesh, watch)?);
+        }
+        Ok(())
     }
 
     pub fn method(&self) -> Method {
@@ -121,7 +159,7 @@ impl<'m> Signs<'m> {
         match (self.method, &self.pseudo) {
             (Method::Unsigned, _) => out.fill(false),
             (Method::Parity, _) => {
-                let lines = self.lines.get_or_init(|| Lines::new(self.mesh));
+                let lines = self.lines.get_or_init(|| Lines::new(self.mesh, &()).unwrap_or_default());
                 for (p, out) in points.iter().zip(out) {
                     *out = lines.inside(self.mesh, *p);
                 }
@@ -138,14 +176,24 @@ impl<'m> Signs<'m> {
     /// The signs of a whole grid at once: nodes by their coordinates in the unit frame, rising along each axis. Nothing
     /// where the method has no whole numbers (an open mesh), or where it would take more than `budget` bytes.
     pub fn columns(&self, axes: [&[f64]; 3], budget: u64) -> Option<Columns> {
+        self.columns_until(axes, budget, &()).ok().flatten()
+    }
+
+    /// The same, given up when the watch says so.
+    pub fn columns_until(
+        &self,
+        axes: [&[f64]; 3],
+        budget: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Columns>, MeshError> {
         let rule = match self.method {
-            Method::Unsigned => return None,
+            Method::Unsigned => return Ok(None),
             Method::Parity => Rule::Odd,
-            _ if !self.closed => return None,
+            _ if !self.closed => return Ok(None),
             // Around a mesh turned inside out, 0 is inside.
             _ => Rule::AtLeast(i32::from(!self.inverted)),
         };
-        Columns::new(self.mesh, axes, rule, budget)
+        Columns::new(self.mesh, axes, rule, budget, watch)
     }
 
     /// The face nearest to `p`, in f64.
@@ -176,20 +224,26 @@ impl<'m> Signs<'m> {
     }
 
     fn fast(&self) -> &Winding {
-        self.winding.get_or_init(|| Winding::new(self.mesh))
+        // Whom nobody watches, nobody stops.
+        self.winding.get_or_init(|| Winding::new(self.mesh, &()).unwrap_or_default())
     }
 }
 
-fn choose(mesh: &Checked, findings: &Findings, rule: SignRule) -> (Method, String) {
-    let named = |method: Method| (method, "asked for by name".to_owned());
+fn choose(
+    mesh: &Checked,
+    findings: &Findings,
+    rule: SignRule,
+    watch: &dyn Watch,
+) -> Result<(Method, String), MeshError> {
+    let named = |method: Method| Ok((method, "asked for by name".to_owned()));
     match rule {
         SignRule::Winding => named(Method::Winding),
         SignRule::Pseudonormal => named(Method::Pseudonormal),
         SignRule::Parity => named(Method::Parity),
         SignRule::Unsigned => named(Method::Unsigned),
         SignRule::Auto => match defects(findings) {
-            Some(defects) => (Method::Winding, defects),
-            None => whole(mesh, findings),
+            Some(defects) => Ok((Method::Winding, defects)),
+            None => whole(mesh, findings, watch),
         },
     }
 }
@@ -197,7 +251,7 @@ fn choose(mesh: &Checked, findings: &Findings, rule: SignRule) -> (Method, Strin
 /// Closed, oriented and manifold: are pseudonormals right? Not where parts overlap, or lie in one another with the same
 /// orientation. The winding numbers along a grid's columns tell; an overlap that slips between them all is too small to
 /// matter more than a few nodes.
-fn whole(mesh: &Checked, findings: &Findings) -> (Method, String) {
+fn whole(mesh: &Checked, findings: &Findings, watch: &dyn Watch) -> Result<(Method, String), MeshError> {
     const FORM: &str = "closed, oriented and manifold";
     let fine = (2.0 * mesh.faces.len() as f64).sqrt().clamp(64.0, 256.0) as usize;
     // Off the middle, and not by the same share: nodes mustn't lie on the edges of symmetrical meshes.
@@ -206,7 +260,7 @@ fn whole(mesh: &Checked, findings: &Findings) -> (Method, String) {
     };
     let axes = [axis(fine, 0.4871), axis(fine, 0.5213), axis(512, 0.5)];
     let inverted = findings.signed_volume < 0.0;
-    match columns::extremes(mesh, [&axes[0], &axes[1], &axes[2]], 1 << 28) {
+    Ok(match columns::extremes(mesh, [&axes[0], &axes[1], &axes[2]], 1 << 28, watch)? {
         Some((0, 0 | 1)) if !inverted => (Method::Pseudonormal, FORM.to_owned()),
         Some((-1 | 0, 0)) if inverted => {
             let note = "its faces point inwards, so all around it is inside; turn the faces round if that isn't meant";
@@ -217,7 +271,7 @@ fn whole(mesh: &Checked, findings: &Findings) -> (Method, String) {
             (Method::Winding, format!("{FORM}, but {note}"))
         }
         None => (Method::Winding, format!("{FORM}, but too tangled to look for overlaps")),
-    }
+    })
 }
 
 /// What forbids pseudonormals.

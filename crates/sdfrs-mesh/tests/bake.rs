@@ -175,3 +175,35 @@ fn it_stops_when_asked() {
         assert!(ended - asked < Duration::from_millis(500), "{:?}", ended - asked);
     });
 }
+
+/// Gives up at the n-th question.
+struct Patience {
+    asked: AtomicU64,
+    most: u64,
+}
+
+impl Watch for Patience {
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) + 1 >= self.most
+    }
+}
+
+/// Before the first cell is looked at, a large mesh asks many times, and every time it may end.
+#[test]
+fn checks_and_signs_stop_when_asked() {
+    let (ball, cut) = (icosphere(6), Mesh { faces: icosphere(6).faces[1..].to_vec(), ..icosphere(6) });
+    for (mesh, sign) in [(&ball, SignRule::Auto), (&cut, SignRule::Auto), (&cut, SignRule::Parity)] {
+        for sparse in [false, true] {
+            let settings = Settings { sign, sparse, ..settings([24; 3]) };
+            let ask = |most| {
+                let watch = Patience { asked: AtomicU64::new(0), most };
+                (bake(mesh, &settings, &watch).err(), watch.asked.into_inner())
+            };
+            let (none, all) = ask(u64::MAX);
+            assert!(none.is_none() && all > 80, "asked {all} times");
+            for most in [1, 2, 5, 10, 20, 30, 40, 50, 60, 70, all / 2, all - all / 4] {
+                assert_eq!(ask(most).0, Some(MeshError::Cancelled), "{sign:?}: at {most} of {all}");
+            }
+        }
+    }
+}

@@ -5,10 +5,10 @@
 mod common;
 
 use common::*;
+use sdfrs_core::eval::Isa;
 use sdfrs_mesh::{
     Mesh,
     bake::{Settings, Values, bake},
-    isa::Isa,
     sign::SignRule,
 };
 

@@ -47,8 +47,8 @@ mod _core {
         scene::{scene_from_json, scene_to_json},
         set_threads, simd_level,
         texture::{
-            most_bytes, texture_changed, texture_dense, texture_facts, texture_layers, texture_nodes,
-            texture_of_shape, texture_slopes, texture_sparse, texture_table,
+            most_bytes, texture_changed, texture_dense, texture_facts, texture_of_shape, texture_samples,
+            texture_scale, texture_slopes, texture_sparse, texture_table,
         },
         threads,
         trace::{render, trace, trace_camera},

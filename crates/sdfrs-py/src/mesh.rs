@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{prelude::*, types::PyDict};
-use sdfrs::texture::{Stored, from_mesh};
+use sdfrs::texture::{Ear, Stored, from_mesh};
 use sdfrs_core::Shape;
 use sdfrs_mesh::{
     Mesh, MeshError,
@@ -36,7 +36,9 @@ impl Triangles {
     /// Triangles of a file; the ending of its name says the format.
     #[staticmethod]
     fn read(py: Python<'_>, path: std::path::PathBuf) -> PyResult<Self> {
-        call::long(py, &Progress::none(), move |_| Ok(Self { mesh: read::read(&path)? }))
+        call::long(py, &Progress::none(), move |control| {
+            Ok(Self { mesh: read::read_until(&path, &Ear(control))? })
+        })
     }
 
     /// Vertices (N, 3), and faces as the vertices of all polygons one after the other, with each one's count.
@@ -56,8 +58,8 @@ impl Triangles {
             Ok(n) => vec![n; corners.len() / n.max(1) as usize],
             Err(_) => counts.extract::<PyReadonlyArray1<'_, u32>>()?.as_array().to_vec(),
         };
-        call::long(py, &Progress::none(), move |_| {
-            let mesh = sdfrs::polygons::of_polygons(vertices, &corners, &counts)?;
+        call::long(py, &Progress::none(), move |control| {
+            let mesh = sdfrs::polygons::of_polygons(vertices, &corners, &counts, &Ear(control))?;
             Ok(Self { mesh })
         })
     }

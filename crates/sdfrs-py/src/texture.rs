@@ -2,7 +2,7 @@
 //!
 //! Large samples leave in slabs, so that a file can be written without a second copy of them all.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::{IntoPyObjectExt, exceptions::PyTypeError, prelude::*, types::PyDict};
@@ -116,7 +116,8 @@ pub fn texture_sparse(
             1 << 20
         )));
     }
-    let bricks = Bricks::new(table.as_array().to_vec(), list(&far), nodes);
+    let (table, far) = (table.as_slice()?, far.as_slice()?);
+    let bricks = Bricks::of_table(table, far, nodes).map_err(Fault::from)?;
     call::short(py, || Ok(Node::new(facts.shape(Store::Sparse(bricks), dims)?)))
 }
 
@@ -170,66 +171,85 @@ pub fn texture_facts<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<
         _ => "uint8",
     };
     dict.set_item("dtype", name)?;
+    dict.set_item("bricks", bricks_along(grid.dims()))?;
     dict.set_item("kept", kept)?;
     Ok(dict)
 }
 
-/// Samples of a dense texture, layers `first` to `last` (not included) along z, flat.
+/// Samples from `first` to `last` (not included), flat: layers of a dense texture along z, kept bricks of a sparse one,
+/// 9 x 9 x 9 each.
 #[pyfunction]
-pub fn texture_layers<'py>(
+pub fn texture_samples<'py>(
     py: Python<'py>,
     node: &Bound<'py, Node>,
     first: usize,
     last: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let grid = node.get().grid()?;
-    let [nx, ny, nz] = grid.dims();
-    let span = nx * ny * first.min(nz)..nx * ny * last.clamp(first.min(nz), nz);
-    match grid.dense() {
-        Some(GridValues::F16(v)) => flat(py, v[span].to_vec()).into_bound_py_any(py),
-        Some(GridValues::F32(v)) => flat(py, v[span].to_vec()).into_bound_py_any(py),
-        Some(GridValues::F64(v)) => flat(py, v[span].to_vec()).into_bound_py_any(py),
-        None => Err(scene("texture: it is sparse; use .to_dense() for all samples")),
+    fn part<'py, T: numpy::Element + Copy>(
+        py: Python<'py>,
+        values: &[T],
+        unit: usize,
+        span: Range<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let span = within(span, values.len() / unit);
+        PyArray1::from_slice(py, &values[unit * span.start..unit * span.end]).into_bound_py_any(py)
     }
+    let (grid, span) = (node.get().grid()?, first..last);
+    let layer = grid.dims()[0] * grid.dims()[1];
+    match grid.store() {
+        Store::Dense(GridValues::F16(v)) => part(py, v, layer, span),
+        Store::Dense(GridValues::F32(v)) => part(py, v, layer, span),
+        Store::Dense(GridValues::F64(v)) => part(py, v, layer, span),
+        Store::Sparse(bricks) => match bricks.nodes() {
+            BrickValues::F16(v) => part(py, v, BLOCK, span),
+            BrickValues::F32(v) => part(py, v, BLOCK, span),
+            BrickValues::U8 { codes, .. } => part(py, codes, BLOCK, span),
+        },
+    }
+}
+
+/// A span of what there are `all` of.
+fn within(span: Range<usize>, all: usize) -> Range<usize> {
+    let start = span.start.min(all);
+    start..span.end.clamp(start, all)
 }
 
 type Numbers<'py> = Bound<'py, PyArray1<f32>>;
-type Table<'py> = (Bound<'py, PyArray1<u32>>, Numbers<'py>, Option<Numbers<'py>>);
 
-/// Where a sparse texture's bricks are, what the others hold, and the scales of bytes.
+/// Where a sparse texture's bricks `first` to `last` (not included) are, and what those without nodes hold.
 #[pyfunction]
-pub fn texture_table<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<Table<'py>> {
-    let bricks = sparse(node.get())?;
-    let scale = match bricks.nodes() {
-        BrickValues::U8 { scale, .. } => Some(flat(py, scale.to_vec())),
-        _ => None,
-    };
-    Ok((flat(py, bricks.table().to_vec()), flat(py, bricks.far().to_vec()), scale))
-}
-
-/// Nodes of kept bricks `first` to `last` (not included), flat, 9 x 9 x 9 each.
-#[pyfunction]
-pub fn texture_nodes<'py>(
+pub fn texture_table<'py>(
     py: Python<'py>,
     node: &Bound<'py, Node>,
     first: usize,
     last: usize,
-) -> PyResult<Bound<'py, PyAny>> {
-    let bricks = sparse(node.get())?;
-    let kept = bricks.kept();
-    let span = BLOCK * first.min(kept)..BLOCK * last.clamp(first.min(kept), kept);
-    match bricks.nodes() {
-        BrickValues::F16(v) => flat(py, v[span].to_vec()).into_bound_py_any(py),
-        BrickValues::F32(v) => flat(py, v[span].to_vec()).into_bound_py_any(py),
-        BrickValues::U8 { codes, .. } => flat(py, codes[span].to_vec()).into_bound_py_any(py),
-    }
+) -> PyResult<(Bound<'py, PyArray1<u32>>, Numbers<'py>)> {
+    let words = sparse(node.get())?.words();
+    let words = &words[within(first..last, words.len())];
+    let slots = words.iter().map(|w| w.entry()).collect();
+    Ok((flat(py, slots), flat(py, words.iter().map(|w| w.value()).collect())))
 }
 
-/// Slope bounds of the bricks, flat, and the bricks along x, y, z.
+/// The scales of bytes; None for other bricks.
 #[pyfunction]
-pub fn texture_slopes<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<(Numbers<'py>, [usize; 3])> {
-    let (slopes, _) = node.get().grid()?.brick_slopes();
-    Ok((flat(py, slopes.to_vec()), bricks_along(node.get().grid()?.dims())))
+pub fn texture_scale<'py>(py: Python<'py>, node: &Bound<'py, Node>) -> PyResult<Option<Numbers<'py>>> {
+    Ok(match sparse(node.get())?.nodes() {
+        BrickValues::U8 { scale, .. } => Some(flat(py, scale.to_vec())),
+        _ => None,
+    })
+}
+
+/// Slope bounds of bricks `first` to `last` (not included), x fastest.
+#[pyfunction]
+pub fn texture_slopes<'py>(
+    py: Python<'py>,
+    node: &Bound<'py, Node>,
+    first: usize,
+    last: usize,
+) -> PyResult<Numbers<'py>> {
+    let grid = node.get().grid()?;
+    let bricks = within(first..last, bricks_along(grid.dims()).iter().product());
+    Ok(flat(py, bricks.map(|i| grid.slopes_of(i)[0]).collect()))
 }
 
 /// The same texture as a dense one, in another number type or with another way to step.

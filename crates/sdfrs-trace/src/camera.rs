@@ -8,7 +8,7 @@
 //! the target; the top of the image is on the side of `up` (tests below).
 
 use glam::{DVec2, DVec3};
-use sdfrs_core::{Scalar, SceneError, math::Math};
+use sdfrs_core::{Real, Scalar, SceneError, math::Math};
 
 use crate::budget;
 
@@ -158,6 +158,26 @@ impl Frame {
         }
     }
 
+    /// The same for a pack of pixels, with the same bits: origins and directions.
+    #[inline(always)]
+    pub fn lanes<L: Real<S = f64>>(&self, px: L, py: L) -> ([L; 3], [L; 3]) {
+        let (w, h) = (L::splat(self.size.x), L::splat(self.size.y));
+        let half = L::splat(self.half);
+        let (two, middle) = (L::c(2.0), L::c(0.5));
+        let x = (two * (px + middle) - w) / h * half;
+        let y = (h - two * (py + middle)) / h * half;
+        let (origin, forward) = (wide::<L>(self.origin), wide::<L>(self.forward));
+        let (right, up) = (wide::<L>(self.right), wide::<L>(self.up));
+        let offset = [x * right[0] + y * up[0], x * right[1] + y * up[1], x * right[2] + y * up[2]];
+        if self.perspective {
+            let v = [forward[0] + offset[0], forward[1] + offset[1], forward[2] + offset[2]];
+            let length = L::len3(v[0], v[1], v[2]);
+            (origin, [v[0] / length, v[1] / length, v[2] / length])
+        } else {
+            ([origin[0] + offset[0], origin[1] + offset[1], origin[2] + offset[2]], forward)
+        }
+    }
+
     /// Pixels of a row.
     pub fn width(&self) -> usize {
         self.width as usize
@@ -168,6 +188,12 @@ impl Frame {
         // Both fit: a checked camera has at most 65536 columns and rows.
         self.ray((i % self.width) as u32, (i / self.width) as u32)
     }
+}
+
+/// A vector in every lane.
+#[inline(always)]
+fn wide<L: Real<S = f64>>(v: DVec3) -> [L; 3] {
+    [L::splat(v.x), L::splat(v.y), L::splat(v.z)]
 }
 
 fn refuse(what: &str, message: String) -> SceneError {

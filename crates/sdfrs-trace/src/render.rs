@@ -6,27 +6,22 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use sdfrs_core::{
-    Control, Hits, Limits, Program, Shape, Span, Status,
+    Control, Hits, Limits, Program, Real, Shape, Span,
     contract::{check_rays, check_spans},
-    eval::Native,
-    pool,
+    eval::{Kernel, Lanes, Native, vectorise},
 };
 
 use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march::{Ray, Source},
-    shade::{PointLight, Surface, normal::Gradients},
+    march::{Bundle, Ray, Source, WIDEST, Wanted},
+    shade::{Light, PointLight, Shading, Surface},
     stats::Summary,
     tracer::Tracer,
     voxel,
 };
-
-/// Consecutive pixels shaded by one worker at a time.
-const TILE: usize = 1024;
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy)]
@@ -95,15 +90,60 @@ impl<T: Native> Source<T> for CameraRays<T> {
     }
     fn ray(&self, i: usize) -> Ray<T> {
         let width = self.frame.width();
-        self.at(i % width, i / width)
-    }
-    fn at(&self, x: usize, y: usize) -> Ray<T> {
         // Both fit: a checked camera has at most 65536 columns and rows.
-        let (o, d) = self.frame.ray(x as u32, y as u32);
+        let (o, d) = self.frame.ray((i % width) as u32, (i / width) as u32);
         let d = d.map(T::of);
         // As `check_rays` does for rays that come as a batch, so that both give the same bits.
         let length = T::len3(d[0], d[1], d[2]);
         Ray { origin: o.map(T::of), direction: d.map(|v| v / length), t_min: T::of(0.0), t_max: self.t_max }
+    }
+    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<T::Lanes>) {
+        vectorise(Lines { rays: self, wanted, to });
+    }
+}
+
+/// A camera's rays, a pack at a time. Law: the bits of `CameraRays::ray` (tests below).
+struct Lines<'a, T: Native> {
+    rays: &'a CameraRays<T>,
+    wanted: &'a [Wanted],
+    to: &'a mut Bundle<T::Lanes>,
+}
+
+impl<T: Native> Kernel for Lines<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        type Double = <f64 as Native>::Lanes;
+        let mut pixels = [[0.0f64; WIDEST]; 2];
+        for (lane, wanted) in self.wanted.iter().enumerate() {
+            (pixels[0][lane], pixels[1][lane]) = (f64::from(wanted.x), f64::from(wanted.y));
+        }
+        for lane in self.wanted.len().max(1)..WIDEST {
+            (pixels[0][lane], pixels[1][lane]) = (pixels[0][lane - 1], pixels[1][lane - 1]);
+        }
+        let mut lines = [[0.0f64; WIDEST]; 6];
+        for at in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
+            let [x, y] = [Double::load(&pixels[0][at..]), Double::load(&pixels[1][at..])];
+            let (o, d) = self.rays.frame.lanes(x, y);
+            for a in 0..3 {
+                o[a].store(&mut lines[a][at..]);
+                d[a].store(&mut lines[3 + a][at..]);
+            }
+        }
+        let mut single = [[T::default(); WIDEST]; 6];
+        for (single, line) in single.iter_mut().zip(&lines) {
+            for lane in 0..T::Lanes::WIDTH {
+                single[lane] = T::of(line[lane]);
+            }
+        }
+        let [ox, oy, oz, dx, dy, dz] = &single;
+        let (x, y, z) = (T::Lanes::load(dx), T::Lanes::load(dy), T::Lanes::load(dz));
+        let length = T::Lanes::len3(x, y, z);
+        *self.to = Bundle {
+            origin: [T::Lanes::load(ox), T::Lanes::load(oy), T::Lanes::load(oz)],
+            direction: [x / length, y / length, z / length],
+            t: T::Lanes::c(0.0),
+            t_max: T::Lanes::splat(self.rays.t_max),
+        };
     }
 }
 
@@ -140,7 +180,9 @@ pub fn render<T: Native>(
     let hits = voxel::trace(scene.shape, &program, tracer, &rays, limits, control)?;
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let (normals, rgb) = Shading { program: &program, rays: &rays, scene, hits: &hits }.run(control)?;
+    let light = Light { lights: scene.lights, surface: &scene.surface };
+    let shading = Shading { program: &program, prune: limits.prune, rays: &rays, light, hits: &hits };
+    let (normals, rgb) = shading.run(control)?;
     let shade_seconds = start.elapsed().as_secs_f64();
     Ok(Picture {
         width: scene.camera.width,
@@ -155,81 +197,6 @@ pub fn render<T: Native>(
 
 fn summarise<T: Native>(shape: &Shape, hits: &Hits<T>, seconds: f64) -> Summary {
     Summary::of(hits, seconds, shape.lipschitz())
-}
-
-/// Normals and colours.
-type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
-
-/// What every tile of a picture is shaded from.
-struct Shading<'a, T: Native> {
-    program: &'a Program<T>,
-    rays: &'a CameraRays<T>,
-    scene: &'a Scene<'a>,
-    hits: &'a Hits<T>,
-}
-
-impl<T: Native> Shading<'_, T> {
-    /// Normals and colours of all pixels, tile by tile on the pool.
-    fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
-        let mut normals = vec![[0f32; 3]; self.hits.t.len()];
-        let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
-        pool::install(|| {
-            let tiles = normals.par_chunks_mut(TILE).zip(rgb.par_chunks_mut(TILE)).enumerate();
-            tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
-                if control.is_cancelled() {
-                    return Err(TraceError::Cancelled);
-                }
-                self.tile(tile, i * TILE, normals, rgb);
-                Ok(())
-            })
-        })?;
-        Ok((normals, rgb))
-    }
-
-    /// Pixels from `first` on.
-    fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
-        let (surface, lights) = (&self.scene.surface, self.scene.lights);
-        tile.clear();
-        for (i, pixel) in rgb.iter_mut().enumerate() {
-            let (status, t) = (self.hits.status[first + i], self.hits.t[first + i]);
-            // A ray out of steps shows the surface it was closing in on.
-            if status == Status::Hit as u8 || status == Status::OutOfSteps as u8 {
-                let Ray { origin: o, direction: d, .. } = self.rays.ray(first + i);
-                tile.at.push(i);
-                tile.points.push(std::array::from_fn(|a| o[a] + t * d[a]));
-                tile.towards.push(d);
-            } else {
-                let nowhere = [T::of(0.0); 3];
-                *pixel = surface.pixel(lights, status, nowhere, nowhere);
-            }
-        }
-        tile.gradients.normals(self.program, &tile.points, &tile.towards, &mut tile.normals);
-        for (k, &i) in tile.at.iter().enumerate() {
-            let (point, normal) = (tile.points[k], tile.normals[k]);
-            rgb[i] = surface.pixel(lights, self.hits.status[first + i], point, normal);
-            normals[i] = normal.map(|v| v.f64() as f32);
-        }
-    }
-}
-
-/// A worker's memory for the pixels of a tile that show something.
-#[derive(Default)]
-struct Tile<T: Native> {
-    /// Where they are in the tile.
-    at: Vec<usize>,
-    points: Vec<[T; 3]>,
-    /// Directions of their rays.
-    towards: Vec<[T; 3]>,
-    normals: Vec<[T; 3]>,
-    gradients: Gradients<T>,
-}
-
-impl<T: Native> Tile<T> {
-    fn clear(&mut self) {
-        self.at.clear();
-        self.points.clear();
-        self.towards.clear();
-    }
 }
 
 #[cfg(test)]

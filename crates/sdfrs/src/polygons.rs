@@ -2,10 +2,17 @@
 //!
 //! Law: the triangles' areas add up to the polygon's, concave ones too, and none is turned over (tests below).
 
-use sdfrs_mesh::{Mesh, MeshError, read::polygon::Polygons};
+use sdfrs_mesh::{Mesh, MeshError, Pulse, Watch, read::polygon::Polygons};
 
 /// A mesh of polygons given as the corners of all of them, one after the other, and each one's count.
-pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> Result<Mesh, MeshError> {
+/// Given up when the watch says so.
+pub fn of_polygons(
+    vertices: Vec<[f64; 3]>,
+    corners: &[i64],
+    counts: &[u32],
+    watch: &dyn Watch,
+) -> Result<Mesh, MeshError> {
+    let mut pulse = Pulse::new(watch);
     let most = vertices.len() as i64;
     let total: u64 = counts.iter().map(|&n| u64::from(n)).sum();
     if total != corners.len() as u64 {
@@ -15,6 +22,7 @@ pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> 
     let mut polygons = Polygons::of(vertices);
     let mut rest = corners.iter();
     for (face, &n) in counts.iter().enumerate() {
+        pulse.beat()?;
         for &corner in rest.by_ref().take(n as usize) {
             let vertex = u32::try_from(corner).ok().filter(|_| corner < most).ok_or_else(|| {
                 let allowed = if most == 0 {
@@ -28,7 +36,7 @@ pub fn of_polygons(vertices: Vec<[f64; 3]>, corners: &[i64], counts: &[u32]) -> 
         }
         polygons.end(face as u64);
     }
-    polygons.mesh(|face| format!("face {face}"))
+    polygons.mesh(|face| format!("face {face}"), &mut pulse)
 }
 
 #[cfg(test)]
@@ -57,7 +65,7 @@ mod tests {
             let n = polygon.len() as u32;
             let forward: Vec<i64> = (0..i64::from(n)).collect();
             let sum = |corners: &[i64]| {
-                let mesh = of_polygons(polygon.clone(), corners, &[n]).unwrap();
+                let mesh = of_polygons(polygon.clone(), corners, &[n], &()).unwrap();
                 assert_eq!(mesh.faces.len() as u32, n - 2);
                 mesh.faces
                     .iter()
@@ -80,9 +88,11 @@ mod tests {
             (vec![0, 1], vec![2], "at least 3"),
             (vec![0, 1, 2], vec![4], "3 corners"),
         ] {
-            let error = of_polygons(v.clone(), &corners, &counts).unwrap_err().to_string();
+            let error = of_polygons(v.clone(), &corners, &counts, &()).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");
         }
-        assert!(of_polygons(vec![], &[0, 0, 0], &[3]).unwrap_err().to_string().contains("there are none"));
+        assert!(
+            of_polygons(vec![], &[0, 0, 0], &[3], &()).unwrap_err().to_string().contains("there are none")
+        );
     }
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use sdfrs_core::{
     Control, Grid, SceneError, Shape, bake as shapes,
     grid::{BrickValues, Bricks, Claim, GridValues, Store, slope},
+    pool,
 };
 use sdfrs_mesh::{
     Mesh, MeshError, Watch,
@@ -46,8 +47,8 @@ pub enum TextureError {
     Scene(#[from] SceneError),
 }
 
-/// A control, listened to by the mesh's baker.
-struct Ear<'a>(&'a Control);
+/// A control, listened to by readers and bakers of meshes.
+pub struct Ear<'a>(pub &'a Control);
 
 impl Watch for Ear<'_> {
     fn cancelled(&self) -> bool {
@@ -69,7 +70,7 @@ pub fn from_mesh(
         let message = "one triangle given, which has no inside; sign \"unsigned\" is allowed";
         return Err(MeshError::bad("faces", message).into());
     }
-    let mut baked = bake(mesh, settings, &Ear(control))?;
+    let mut baked = pool::install(|| bake(mesh, settings, &Ear(control)))?;
     // A cell that the surface passes must not be cut, or its interpolant would be another.
     if let Some(band) = settings.band {
         let least = slope::diagonal(std::array::from_fn(|a| {
@@ -87,12 +88,12 @@ pub fn from_mesh(
     let values = std::mem::replace(&mut baked.values, Values::Dense(Vec::new()));
     let store = match values {
         Values::Dense(v) => Store::Dense(GridValues::F32(Arc::new(v))),
-        Values::Sparse(s) => Store::Sparse(Bricks::new(s.table, s.far, BrickValues::F32(Arc::new(s.nodes)))),
+        Values::Sparse(s) => Store::Sparse(Bricks::new(s.words, BrickValues::F32(Arc::new(s.nodes)))),
     };
     let claim = Claim { lipschitz: Some(1.0), max_error: baked.max_error };
     let grid = Grid::until(store, dims, baked.lo, baked.hi, claim, &|| control.is_cancelled())?;
     let band = settings.band.unwrap_or(4.0 * widest(&grid));
-    Ok((restored(grid, stored, band)?, baked))
+    Ok((restored(grid, stored, band, control)?, baked))
 }
 
 /// Samples a shape.
@@ -107,18 +108,18 @@ pub fn from_shape(
     let grid = shapes::bake(shape, &plan, most_bytes, control)?;
     let band = plan.band.filter(|b| *b > 0.0);
     let band = band.unwrap_or(4.0 * grid.claim().lipschitz.unwrap_or(1.0) * widest(&grid));
-    restored(grid, stored, band)
+    restored(grid, stored, band, control)
 }
 
 fn widest(grid: &Grid) -> f64 {
     grid.spacing().into_iter().fold(0.0, f64::max)
 }
 
-fn restored(grid: Grid, stored: Stored, band: f64) -> Result<Grid, SceneError> {
+fn restored(grid: Grid, stored: Stored, band: f64, control: &Control) -> Result<Grid, SceneError> {
     match stored {
         Stored::F32 => Ok(grid),
-        Stored::F16 => grid.to_f16(),
-        Stored::U8 => grid.to_u8(band),
+        Stored::F16 => grid.into_f16(&|| control.is_cancelled()),
+        Stored::U8 => grid.into_u8(band, &|| control.is_cancelled()),
         Stored::F64 if grid.bricks().is_none() => Ok(grid),
         Stored::F64 => Err(SceneError::new("texture", "float64 bricks, allowed: float32, float16, uint8")),
     }

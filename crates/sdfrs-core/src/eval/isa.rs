@@ -1,4 +1,4 @@
-//! Which instruction set to run on.
+//! Which instruction set to run on: asked of the processor once, capped by SDFRS_ISA; the baker of meshes uses it too.
 
 use std::sync::OnceLock;
 
@@ -40,7 +40,7 @@ pub fn isa() -> Isa {
 }
 
 /// The best instruction set here; asked of the processor once.
-pub(super) fn best() -> Isa {
+pub fn best() -> Isa {
     static BEST: OnceLock<Isa> = OnceLock::new();
     *BEST.get_or_init(detect)
 }

@@ -14,7 +14,7 @@ use crate::{
     field::Field,
     graph::{Form, Graph},
     grid::Grid,
-    lane::{Dual, Iv, Pack},
+    lane::{Dual, Iv, Mask, Pack, Truth},
     op::{Ins, Tables, execute},
     prune::Pruner,
     real::{Real, Scalar},
@@ -22,7 +22,7 @@ use crate::{
     tape::Tape,
 };
 
-pub use isa::{Isa, isa};
+pub use isa::{Isa, best, isa};
 use run::{Batch, Slots};
 pub use vectorise::{Kernel, vectorise};
 
@@ -59,6 +59,13 @@ pub unsafe trait Lanes: Real + Send + Sync {
     /// The first `WIDTH` values; the last one again where there are fewer.
     fn load(src: &[Self::S]) -> Self;
     fn store(self, dst: &mut [Self::S]);
+    type Mask: Truth;
+    /// Where `a < b`.
+    fn lt(a: Self, b: Self) -> Self::Mask;
+    /// `x` where the truth value holds, else `y`.
+    fn pick(truth: Self::Mask, x: Self, y: Self) -> Self;
+    fn lane(&self, i: usize) -> Self::S;
+    fn set(&mut self, i: usize, v: Self::S);
 }
 
 macro_rules! native {
@@ -97,6 +104,23 @@ macro_rules! native {
             #[inline(always)]
             fn store(self, dst: &mut [$t]) {
                 Pack::store(self, dst)
+            }
+            type Mask = Mask<$w>;
+            #[inline(always)]
+            fn lt(a: Self, b: Self) -> Mask<$w> {
+                Pack::below(a, b)
+            }
+            #[inline(always)]
+            fn pick(truth: Mask<$w>, x: Self, y: Self) -> Self {
+                Pack::pick(truth, x, y)
+            }
+            #[inline(always)]
+            fn lane(&self, i: usize) -> $t {
+                self.0[i]
+            }
+            #[inline(always)]
+            fn set(&mut self, i: usize, v: $t) {
+                self.0[i] = v;
             }
         }
     };
@@ -181,6 +205,11 @@ impl<T: Native> Program<T> {
         &self.tape
     }
 
+    /// What can shorten the program place by place, where something can.
+    pub fn shortens(&self) -> Option<&Pruner> {
+        self.pruner.as_deref()
+    }
+
     /// Values at points given coordinate by coordinate; all slices have one length.
     pub fn evaluate(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         self.evaluate_on(isa(), scratch, p, out);
@@ -210,7 +239,7 @@ impl<T: Native> Field<T> for Program<T> {
         self.tape.ops()
     }
     fn pruner(&self) -> Option<&Pruner> {
-        self.pruner.as_deref()
+        self.shortens()
     }
 }
 

@@ -50,8 +50,8 @@ pub fn grid_to_json(grid: &Grid) -> Json {
         ("data", data),
     ];
     if let Some(bricks) = sparse {
-        fields.push(("table", text(bricks.table().iter().flat_map(|v| v.to_le_bytes()))));
-        fields.push(("far", text(bricks.far().iter().flat_map(|v| v.to_le_bytes()))));
+        fields.push(("table", text(bricks.words().iter().flat_map(|w| w.entry().to_le_bytes()))));
+        fields.push(("far", text(bricks.words().iter().flat_map(|w| w.value().to_le_bytes()))));
         if let BrickValues::U8 { scale, .. } = bricks.nodes() {
             fields.push(("scale", text(scale.iter().flat_map(|v| v.to_le_bytes()))));
         }
@@ -170,7 +170,7 @@ fn bricks(
         }
         _ => return unknown(dtype, "\"f16\", \"f32\" or \"u8\" for bricks"),
     };
-    Ok(Bricks::new(table, far, nodes))
+    Bricks::of_table(&table, &far, nodes).map_err(|error| FormatError::new(table_at, error.to_string()))
 }
 
 /// Bytes of a text; its length is compared with what is needed before it is decoded.

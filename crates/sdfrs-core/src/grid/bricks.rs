@@ -9,20 +9,60 @@
 use std::sync::Arc;
 
 use half::f16;
+use rayon::prelude::*;
 
 use super::{
     bricks_along,
-    dense::{Sample, reserve, round},
+    dense::{Sample, Stop, halves, reserve, trade},
     slope::{BLOCK, NODES},
 };
-use crate::{error::SceneError, real::Scalar};
+use crate::{error::SceneError, pool, real::Scalar};
 
-/// In the table: the brick keeps no nodes.
+/// In files' tables: the brick keeps no nodes.
 pub const FAR: u32 = u32::MAX;
 /// The byte that stands for 0.
 const ZERO: f32 = 128.0;
 /// Most steps of a byte to either side.
 const STEPS: f64 = 127.0;
+
+/// What is known of a brick, in one word: odd, where its nodes are, counted in bricks; even, the value it has
+/// instead, whose last bit is cleared: a bound may be less.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Word(u32);
+
+impl Word {
+    /// Slots lie below this.
+    pub const SLOTS: u32 = 1 << 31;
+
+    pub fn kept(slot: u32) -> Self {
+        debug_assert!(slot < Self::SLOTS);
+        Self(slot << 1 | 1)
+    }
+    pub fn far(value: f32) -> Self {
+        Self(value.to_bits() & !1)
+    }
+    pub fn of_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+    /// Where the nodes are, counted in bricks.
+    #[inline(always)]
+    pub fn slot(self) -> Option<usize> {
+        (self.0 & 1 == 1).then_some((self.0 >> 1) as usize)
+    }
+    /// The value of a brick without nodes; 0 for others.
+    #[inline(always)]
+    pub fn value(self) -> f32 {
+        if self.0 & 1 == 0 { f32::from_bits(self.0) } else { 0.0 }
+    }
+    /// As files have it: the slot or [`FAR`].
+    pub fn entry(self) -> u32 {
+        if self.0 & 1 == 1 { self.0 >> 1 } else { FAR }
+    }
+}
 
 /// Nodes of the kept bricks, 9 x 9 x 9 each, x fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,27 +99,37 @@ impl BrickValues {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bricks {
-    /// Where a brick's nodes are, in bricks; [`FAR`] where it has none.
-    table: Arc<Vec<u32>>,
-    /// The value of a brick without nodes; 0 elsewhere.
-    far: Arc<Vec<f32>>,
+    /// One a brick, x fastest.
+    words: Arc<Vec<Word>>,
     nodes: BrickValues,
 }
 
 impl Bricks {
-    /// Parts as they come from a baker or a file; [`Grid::with_claim`](super::Grid::with_claim) checks them.
-    pub fn new(table: Vec<u32>, mut far: Vec<f32>, nodes: BrickValues) -> Self {
-        for (far, _) in far.iter_mut().zip(&table).filter(|(_, slot)| **slot != FAR) {
-            *far = 0.0;
-        }
-        Self { table: Arc::new(table), far: Arc::new(far), nodes }
+    /// Parts as they come from a baker; [`Grid::with_claim`](super::Grid::with_claim) checks them.
+    pub fn new(words: Vec<Word>, nodes: BrickValues) -> Self {
+        Self { words: Arc::new(words), nodes }
     }
 
-    pub fn table(&self) -> &[u32] {
-        &self.table
+    /// Parts as they come from a file: slots or [`FAR`], and the values of bricks without nodes.
+    pub fn of_table(table: &[u32], far: &[f32], nodes: BrickValues) -> Result<Self, SceneError> {
+        let bad = |message: String| Err(SceneError::new("texture", message));
+        if table.len() != far.len() {
+            return bad(format!(
+                "got a table of {} bricks and {} far values, allowed: as many",
+                table.len(),
+                far.len()
+            ));
+        }
+        if let Some(i) = table.iter().position(|&slot| slot != FAR && slot >= Word::SLOTS) {
+            return bad(format!("brick {i} is at {}, allowed: below {}", table[i], Word::SLOTS));
+        }
+        let word = |(&slot, &far): (&u32, &f32)| if slot == FAR { Word::far(far) } else { Word::kept(slot) };
+        Ok(Self::new(table.iter().zip(far).map(word).collect(), nodes))
     }
-    pub fn far(&self) -> &[f32] {
-        &self.far
+
+    /// What is known of all bricks.
+    pub fn words(&self) -> &[Word] {
+        &self.words
     }
     pub fn nodes(&self) -> &BrickValues {
         &self.nodes
@@ -94,11 +144,12 @@ impl Bricks {
             BrickValues::F32(v) => 4 * v.len(),
             BrickValues::U8 { codes, scale } => codes.len() + 4 * scale.len(),
         };
-        nodes as u64 + 8 * self.table.len() as u64
+        nodes as u64 + 4 * self.words.len() as u64
     }
     /// Magnitudes up to this are kept: nearer than every brick without nodes, and than where nodes were cut.
     pub fn band(&self) -> f32 {
-        let far = self.far.iter().filter(|v| **v != 0.0).fold(f32::INFINITY, |m, v| m.min(v.abs()));
+        let far = self.words.iter().filter(|w| w.slot().is_none());
+        let far = far.fold(f32::INFINITY, |m, w| m.min(w.value().abs()));
         let most = match &self.nodes {
             BrickValues::F16(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.to_f32().abs())),
             BrickValues::F32(v) => v.iter().fold(0.0, |m: f32, v| m.max(v.abs())),
@@ -109,8 +160,7 @@ impl Bricks {
     /// Where brick `i` keeps its nodes, counted in bricks.
     #[inline(always)]
     pub fn slot(&self, i: usize) -> Option<usize> {
-        let slot = self.table[i];
-        (slot != FAR).then_some(slot as usize)
+        self.words[i].slot()
     }
     /// A node of a kept brick.
     #[inline(always)]
@@ -127,26 +177,26 @@ impl Bricks {
         let bad = |message: String| Err(SceneError::new("texture", message));
         let count = bricks_along(dims);
         let total = count.iter().try_fold(1usize, |a, &n| a.checked_mul(n));
-        if total != Some(self.table.len()) || self.far.len() != self.table.len() {
+        if total != Some(self.words.len()) {
             return bad(format!(
-                "got a table of {} and {} far values, allowed: {count:?} bricks for {dims:?} nodes",
-                self.table.len(),
-                self.far.len()
+                "got a table of {}, allowed: {count:?} bricks for {dims:?} nodes",
+                self.words.len()
             ));
         }
         if !self.nodes.len().is_multiple_of(BLOCK) {
             return bad(format!("got {} nodes, allowed: {BLOCK} for each kept brick", self.nodes.len()));
         }
         let kept = self.kept();
-        let wrong = self.table.iter().position(|&s| s != FAR && s as usize >= kept);
-        if let Some(i) = wrong {
-            return bad(format!("brick {i} is at {}, allowed: below {kept}, the bricks kept", self.table[i]));
-        }
-        let wrong = (0..self.far.len()).find(|&i| {
-            self.table[i] == FAR && !(self.far[i].is_finite() && self.far[i].abs() >= f32::MIN_POSITIVE)
-        });
-        if let Some(i) = wrong {
-            return bad(format!("far value {i} is {}, allowed: finite and not 0", self.far[i]));
+        for (i, word) in self.words.iter().enumerate() {
+            match word.slot() {
+                Some(slot) if slot >= kept => {
+                    return bad(format!("brick {i} is at {slot}, allowed: below {kept}, the bricks kept"));
+                }
+                None if !(word.value().is_finite() && word.value().abs() >= f32::MIN_POSITIVE) => {
+                    return bad(format!("far value {i} is {}, allowed: finite and not 0", word.value()));
+                }
+                _ => {}
+            }
         }
         let wrong = match &self.nodes {
             BrickValues::F16(v) => v.iter().position(|v| !v.is_finite()),
@@ -165,21 +215,22 @@ impl Bricks {
     }
 
     /// Rounded to halves, and the largest error that made.
-    pub fn to_f16(&self) -> Result<(Bricks, f64), SceneError> {
-        let (mut out, mut worst) = (Vec::new(), 0f64);
-        reserve(&mut out, self.nodes.len())?;
-        for slot in 0..self.kept() {
-            for i in 0..BLOCK {
-                let (value, error) = round(self.node(slot, i))?;
-                worst = worst.max(error);
-                out.push(value);
-            }
+    pub(super) fn into_f16(self, stop: Stop) -> Result<(Bricks, f64), SceneError> {
+        let Bricks { words, nodes } = self;
+        if let BrickValues::F16(_) = nodes {
+            return Ok((Bricks { words, nodes }, 0.0));
         }
-        Ok((Bricks { nodes: BrickValues::F16(Arc::new(out)), ..self.clone() }, worst))
+        let (nodes, worst) = halves(floats(nodes), stop)?;
+        Ok((Bricks { words, nodes: BrickValues::F16(Arc::new(nodes)) }, worst))
     }
 
     /// Clamped to `band` and rounded to bytes, and the largest error within the band.
-    pub fn to_u8(&self, dims: [usize; 3], band: f64) -> Result<(Bricks, f64), SceneError> {
+    pub(super) fn into_u8(
+        self,
+        dims: [usize; 3],
+        band: f64,
+        stop: Stop,
+    ) -> Result<(Bricks, f64), SceneError> {
         if !(band > 0.0 && band.is_finite()) {
             return Err(SceneError::new(
                 "texture",
@@ -187,49 +238,43 @@ impl Bricks {
             ));
         }
         let (kept, count) = (self.kept(), bricks_along(dims));
-        let (mut codes, mut scale) = (Vec::new(), Vec::new());
-        reserve(&mut codes, self.nodes.len())?;
+        let nodes = floats(self.nodes);
+        let table = Bricks { words: self.words, nodes: BrickValues::F32(Arc::default()) };
+        let largest = |block: &[f32]| f64::from(block.iter().fold(0f32, |m, v| m.max(v.abs()))).min(band);
+        let most: Vec<f64> = pool::install(|| nodes.par_chunks_exact(BLOCK).map(largest).collect());
+        let mut scale: Vec<f32> = Vec::new();
         reserve(&mut scale, kept)?;
-        codes.resize(self.nodes.len(), 0u8);
-        let clamped = |slot: usize, i: usize| self.node::<f64>(slot, i).clamp(-band, band);
-        let most: Vec<f64> =
-            (0..kept).map(|slot| (0..BLOCK).fold(0.0, |m: f64, i| m.max(clamped(slot, i).abs()))).collect();
         scale.extend(most.iter().map(|most| ladder(band, *most)));
-        self.coarsen(count, &most, ladder(band, band), &mut scale);
-        let mut worst = 0f64;
-        for (i, slot) in self.table.iter().enumerate().filter(|(_, s)| **s != FAR) {
-            let (slot, steps) = (*slot as usize, self.around(i, count, &scale));
-            for node in 0..BLOCK {
-                // A shared node takes the coarsest step of its bricks: then it is the same in all of them.
-                let p = [node % NODES, node / NODES % NODES, node / NODES / NODES];
-                let class = p.map(|v| {
-                    if v == 0 {
-                        0
-                    } else if v == NODES - 1 {
-                        2
-                    } else {
-                        1
-                    }
-                });
-                let step = f64::from(steps[class[0] + 3 * (class[1] + 3 * class[2])]);
-                let value = clamped(slot, node);
-                let rounded = (value / step).round() * step;
-                worst = worst.max((rounded - value).abs());
-                codes[slot * BLOCK + node] =
-                    (rounded / f64::from(scale[slot]) + f64::from(ZERO)).round() as u8;
+        let owners = table.owners(kept);
+        table.coarsen(&owners, count, &most, ladder(band, band), &mut scale);
+        let round = |slot: usize, block: &[f32], codes: &mut [u8]| {
+            encode(block, band, &table.around(owners[slot], count, &scale), scale[slot], codes)
+        };
+        let (codes, worst) = trade(nodes, BLOCK, stop, round)?;
+        let nodes = BrickValues::U8 { codes: Arc::new(codes), scale: Arc::new(scale) };
+        Ok((Bricks { nodes, ..table }, worst))
+    }
+
+    /// The brick of each slot.
+    pub(super) fn owners(&self, kept: usize) -> Vec<usize> {
+        let mut owners = vec![0; kept];
+        for (i, word) in self.words.iter().enumerate() {
+            if let Some(slot) = word.slot() {
+                owners[slot] = i;
             }
         }
-        let nodes = BrickValues::U8 { codes: Arc::new(codes), scale: Arc::new(scale) };
-        Ok((Bricks { nodes, ..self.clone() }, worst))
+        owners
     }
 
     /// Coarser scales where a coarser neighbour may round a shared node beyond a byte's reach.
-    fn coarsen(&self, count: [usize; 3], most: &[f64], coarsest: f32, scale: &mut [f32]) {
+    fn coarsen(&self, owners: &[usize], count: [usize; 3], most: &[f64], coarsest: f32, scale: &mut [f32]) {
         let mut changed = true;
         while changed {
             changed = false;
-            for (i, slot) in self.table.iter().enumerate().filter(|(_, s)| **s != FAR) {
-                let slot = *slot as usize;
+            for (slot, &i) in owners.iter().enumerate() {
+                if scale[slot] >= coarsest {
+                    continue;
+                }
                 let about = self.around(i, count, scale).into_iter().fold(0.0, f32::max);
                 while scale[slot] < coarsest
                     && f64::from(scale[slot]) * STEPS < most[slot] + f64::from(about) / 2.0
@@ -265,6 +310,38 @@ impl Bricks {
             most
         })
     }
+}
+
+/// Nodes as f32, without a copy where they are that and nobody else holds them.
+fn floats(nodes: BrickValues) -> Vec<f32> {
+    match nodes {
+        BrickValues::F32(v) => Arc::unwrap_or_clone(v),
+        BrickValues::F16(v) => v.iter().map(|v| v.wide()).collect(),
+        BrickValues::U8 { codes, scale } => {
+            codes.iter().enumerate().map(|(i, code)| widen(*code, scale[i / BLOCK])).collect()
+        }
+    }
+}
+
+/// A brick's nodes as bytes, and the largest error. A shared node takes the coarsest step of its bricks: then it is the
+/// same in all of them.
+fn encode(block: &[f32], band: f64, steps: &[f32; 27], scale: f32, codes: &mut [u8]) -> f64 {
+    // To the nearest whole number, as long as there are few digits before the point.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    let class = |v: usize| usize::from(v > 0) + usize::from(v == NODES - 1);
+    let mut worst = 0f64;
+    for (row, (block, codes)) in block.chunks_exact(NODES).zip(codes.chunks_exact_mut(NODES)).enumerate() {
+        let first = 3 * (class(row % NODES) + 3 * class(row / NODES));
+        for (x, (value, code)) in block.iter().zip(codes).enumerate() {
+            let step = f64::from(steps[first + class(x)]);
+            let value = f64::from(*value).clamp(-band, band);
+            let rounded = (value / step + WHOLE - WHOLE) * step;
+            worst = worst.max((rounded - value).abs());
+            // Steps are powers of two apart: the quotient is whole.
+            *code = (rounded / f64::from(scale) + f64::from(ZERO)) as u8;
+        }
+    }
+    worst
 }
 
 /// `(code - 128) * scale`, rounded once in f32.

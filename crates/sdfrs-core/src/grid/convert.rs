@@ -2,33 +2,59 @@
 
 use std::sync::Arc;
 
-use super::{BRICK, Bricks, Claim, Grid, GridValues, Store, bricks_along, dense::reserve, slope::NODES};
+use super::{
+    BRICK, Bricks, Claim, Grid, GridValues, Store, bricks_along,
+    dense::{Stop, reserve},
+    slope::NODES,
+};
 use crate::{error::SceneError, real::Scalar};
 
 impl Grid {
     /// The same grid rounded to halves; the claim's error grows by the largest rounding.
     pub fn to_f16(&self) -> Result<Grid, SceneError> {
-        let (store, error) = match &self.store {
-            Store::Dense(values) => values.to_f16().map(|(v, e)| (Store::Dense(v), e))?,
-            Store::Sparse(bricks) => bricks.to_f16().map(|(v, e)| (Store::Sparse(v), e))?,
-        };
-        self.restored(store, error)
+        self.clone().into_f16(&|| false)
     }
 
     /// The same sparse grid clamped to `band` and rounded to bytes.
     pub fn to_u8(&self, band: f64) -> Result<Grid, SceneError> {
-        let Store::Sparse(bricks) = &self.store else {
-            let message = "a dense grid, allowed: sparse ones (bytes only reach over a narrow band)";
-            return Err(SceneError::new("texture", message));
-        };
-        let (bricks, error) = bricks.to_u8(self.dims, band)?;
-        self.restored(Store::Sparse(bricks), error)
+        self.clone().into_u8(band, &|| false)
     }
 
-    fn restored(&self, store: Store, error: f64) -> Result<Grid, SceneError> {
-        let claim = Claim { max_error: self.claim.max_error + error, ..self.claim };
-        let grid = Grid::with_claim(store, self.dims, self.lo, self.hi, claim)?;
-        Ok(Grid { stepping: self.stepping, ..grid })
+    /// `to_f16` without a second copy of the samples, where nobody else holds them.
+    pub fn into_f16(self, stop: Stop) -> Result<Grid, SceneError> {
+        self.restored(
+            |store| match store {
+                Store::Dense(values) => values.into_f16(stop).map(|(v, e)| (Store::Dense(v), e)),
+                Store::Sparse(bricks) => bricks.into_f16(stop).map(|(v, e)| (Store::Sparse(v), e)),
+            },
+            stop,
+        )
+    }
+
+    /// `to_u8` in the same way.
+    pub fn into_u8(self, band: f64, stop: Stop) -> Result<Grid, SceneError> {
+        let dims = self.dims;
+        self.restored(
+            |store| match store {
+                Store::Sparse(bricks) => bricks.into_u8(dims, band, stop).map(|(v, e)| (Store::Sparse(v), e)),
+                Store::Dense(_) => {
+                    let message = "a dense grid, allowed: sparse ones (bytes only reach over a narrow band)";
+                    Err(SceneError::new("texture", message))
+                }
+            },
+            stop,
+        )
+    }
+
+    fn restored(
+        self,
+        convert: impl FnOnce(Store) -> Result<(Store, f64), SceneError>,
+        stop: Stop,
+    ) -> Result<Grid, SceneError> {
+        let Grid { store, dims, lo, hi, claim, stepping, .. } = self;
+        let (store, error) = convert(store)?;
+        let claim = Claim { max_error: claim.max_error + error, ..claim };
+        Ok(Grid { stepping, ..Grid::until(store, dims, lo, hi, claim, stop)? })
     }
 
     /// A dense grid in f32 (f64 stays). Where a sparse one kept no nodes, the values are the largest
@@ -86,9 +112,10 @@ impl Grid {
     fn scatter(&self, bricks: &Bricks, out: &mut [f32], free: &mut [bool]) {
         let ([nx, ny, nz], count) = (self.dims, bricks_along(self.dims));
         for keep in [false, true] {
-            for i in (0..bricks.table().len()).filter(|&i| bricks.slot(i).is_some() == keep) {
+            for i in (0..bricks.words().len()).filter(|&i| bricks.slot(i).is_some() == keep) {
                 let first =
                     [i % count[0], i / count[0] % count[1], i / count[0] / count[1]].map(|b| b * BRICK);
+                let far = bricks.words()[i].value();
                 for z in first[2]..nz.min(first[2] + NODES) {
                     for y in first[1]..ny.min(first[1] + NODES) {
                         for x in first[0]..nx.min(first[0] + NODES) {
@@ -96,7 +123,7 @@ impl Grid {
                             let node = (x - first[0]) + NODES * ((y - first[1]) + NODES * (z - first[2]));
                             match bricks.slot(i) {
                                 Some(slot) => (out[to], free[to]) = (bricks.node(slot, node), false),
-                                None if bricks.far()[i].abs() > out[to].abs() => out[to] = bricks.far()[i],
+                                None if far.abs() > out[to].abs() => out[to] = far,
                                 None => {}
                             }
                         }
@@ -118,7 +145,7 @@ impl Grid {
                 let [lx, ly, lz]: [usize; 3] = std::array::from_fn(|a| at[a] - b[a] * BRICK);
                 match bricks.slot(i) {
                     Some(slot) => bricks.node(slot, lx + NODES * (ly + NODES * lz)),
-                    None => T::of(f64::from(bricks.far()[i])),
+                    None => T::of(f64::from(bricks.words()[i].value())),
                 }
             }
         }

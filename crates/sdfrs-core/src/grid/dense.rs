@@ -5,10 +5,15 @@
 
 use std::sync::Arc;
 
-use half::f16;
+use half::{
+    f16,
+    slice::{HalfBitsSliceExt, HalfFloatSliceExt},
+    vec::HalfBitsVecExt,
+};
+use rayon::prelude::*;
 
 use super::place;
-use crate::{error::SceneError, real::Scalar};
+use crate::{error::SceneError, pool, real::Scalar};
 
 /// Node values as they were given; nothing is rounded on the way in.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,27 +115,77 @@ impl GridValues {
     }
 
     /// Rounded to halves, and the largest error that made; an error where a value is too large.
-    pub fn to_f16(&self) -> Result<(GridValues, f64), SceneError> {
-        let mut worst = 0f64;
-        let mut out = Vec::new();
-        reserve(&mut out, self.len())?;
-        for i in 0..self.len() {
-            let (value, error) = round(self.at::<f64>(i))?;
-            worst = worst.max(error);
-            out.push(value);
-        }
-        Ok((GridValues::F16(Arc::new(out)), worst))
+    pub(super) fn into_f16(self, stop: Stop) -> Result<(GridValues, f64), SceneError> {
+        let (values, worst) = match self {
+            GridValues::F16(_) => return Ok((self, 0.0)),
+            GridValues::F32(v) => halves(Arc::unwrap_or_clone(v), stop)?,
+            GridValues::F64(v) => {
+                let (bits, worst) = trade(Arc::unwrap_or_clone(v), UNIT, stop, |_, v, out: &mut [u16]| {
+                    v.iter().zip(out).fold(0.0, |m: f64, (v, bits)| {
+                        let half = f16::from_f64(*v);
+                        *bits = half.to_bits();
+                        m.max((*v - half.wide::<f64>()).abs())
+                    })
+                })?;
+                (bits.reinterpret_into(), worst)
+            }
+        };
+        if worst.is_finite() { Ok((GridValues::F16(Arc::new(values)), worst)) } else { Err(too_large()) }
     }
 }
 
-/// A half and its error.
-pub(super) fn round(value: f64) -> Result<(f16, f64), SceneError> {
-    let half = f16::from_f64(value);
-    if !half.is_finite() {
-        let message = format!("{value} does not fit float16, allowed: magnitudes up to {}", f16::MAX);
-        return Err(SceneError::new("texture", message));
+/// Numbers a task converts.
+const UNIT: usize = 1 << 12;
+
+/// Numbers rounded to halves, and the largest error that made.
+pub(super) fn halves(values: Vec<f32>, stop: Stop) -> Result<(Vec<f16>, f64), SceneError> {
+    // As bits: the system hands out zeros of whole numbers alone without touching their pages.
+    let (bits, worst) = trade(values, UNIT, stop, |_, v, out: &mut [u16]| {
+        let out: &mut [f16] = out.reinterpret_cast_mut();
+        out.convert_from_f32_slice(v);
+        v.iter().zip(out).fold(0.0, |m: f32, (v, half)| m.max((*v - half.wide::<f32>()).abs())).into()
+    })?;
+    if worst.is_finite() { Ok((bits.reinterpret_into(), worst)) } else { Err(too_large()) }
+}
+
+fn too_large() -> SceneError {
+    let message = format!("a value does not fit float16, allowed: magnitudes up to {}", f16::MAX);
+    SceneError::new("texture", message)
+}
+
+/// Whether to give up.
+pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Other numbers for numbers, from the end, `unit` of them at a time; memory is given back on the way, so that both are
+/// never there whole. `convert` gets a unit's place, and says how large its error was.
+pub(super) fn trade<S: Copy + Send + Sync, D: Copy + Default + Send>(
+    mut from: Vec<S>,
+    unit: usize,
+    stop: Stop,
+    convert: impl Fn(usize, &[S], &mut [D]) -> f64 + Sync,
+) -> Result<(Vec<D>, f64), SceneError> {
+    let n = from.len();
+    reserve(&mut Vec::<D>::new(), n)?;
+    // Zeros cost nothing before their page is touched.
+    let mut out = vec![D::default(); n];
+    // Few portions: not every system gives memory back without copying what is left.
+    let portion = (n / 64).max(1 << 20).next_multiple_of(unit);
+    let mut worst = 0f64;
+    while !from.is_empty() {
+        if stop() {
+            return Err(SceneError::new("texture", "cancelled"));
+        }
+        let first = (from.len() - 1) / portion * portion;
+        let end = from.len();
+        let one = |(i, (v, out)): (usize, (&[S], &mut [D]))| convert(first / unit + i, v, out);
+        worst = worst.max(pool::install(|| {
+            let units = from[first..].par_chunks(unit).zip(out[first..end].par_chunks_mut(unit));
+            units.enumerate().map(one).reduce(|| 0.0, f64::max)
+        }));
+        from.truncate(first);
+        from.shrink_to_fit();
     }
-    Ok((half, (half.to_f64() - value).abs()))
+    Ok((out, worst))
 }
 
 /// Room for `n` more values, or an error instead of an abort.

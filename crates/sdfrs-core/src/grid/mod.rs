@@ -15,7 +15,7 @@ pub mod slope;
 pub mod voxel;
 
 use crate::error::SceneError;
-pub use bricks::{BrickValues, Bricks};
+pub use bricks::{BrickValues, Bricks, Word};
 pub use dense::GridValues;
 pub use half::f16;
 use slope::Slopes;
@@ -206,9 +206,17 @@ impl Grid {
             _ => whole * (1.0f64).max(1.0 / a).max(1.0 / s),
         }
     }
-    /// Slope bounds brick by brick, x fastest, and the number of bricks along x, y, z.
-    pub fn brick_slopes(&self) -> (&[f32], [usize; 3]) {
-        (&self.slopes.bricks, bricks_along(self.dims))
+    /// Slope bounds of a brick, alone and with its neighbours.
+    #[inline(always)]
+    pub fn slopes_of(&self, brick: usize) -> [f32; 2] {
+        let at = match &self.store {
+            Store::Dense(_) => Some(brick),
+            Store::Sparse(bricks) => bricks.slot(brick),
+        };
+        match at {
+            Some(at) => [self.slopes.bricks[at], self.slopes.near[at]],
+            None => [self.slopes.top(); 2],
+        }
     }
     /// How steep it is, and the numbers of its rules.
     pub fn slopes(&self) -> &Slopes {

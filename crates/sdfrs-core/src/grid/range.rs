@@ -49,7 +49,7 @@ impl Grid {
                 let high = [0, 1, 2].map(|a| (last[a] / BRICK).min(count[a] - 1));
                 each(low, high, |at| {
                     let i = at[0] + count[0] * (at[1] + count[1] * at[2]);
-                    let Some(slot) = bricks.slot(i) else { return see(bricks.far()[i].into()) };
+                    let Some(slot) = bricks.slot(i) else { return see(bricks.words()[i].value().into()) };
                     let from = [0, 1, 2].map(|a| first[a].max(at[a] * BRICK) - at[a] * BRICK);
                     let to = [0, 1, 2].map(|a| last[a].min(at[a] * BRICK + BRICK) - at[a] * BRICK);
                     each(from, to, |[x, y, z]| see(bricks.node(slot, x + NODES * (y + NODES * z))));
@@ -72,7 +72,7 @@ impl Grid {
             return (a, b);
         }
         // A brick's rule reaches at most the value over its slope, and rule 1 with what its walls add.
-        let least = self.slopes.bricks.iter().fold(f32::INFINITY, |m, v| m.min(*v));
+        let least = self.slopes.bricks.iter().fold(self.slopes.top(), |m, v| m.min(*v));
         let most = |v: f64| v.abs() / f64::from(least);
         (
             if lo < 0.0 { -most(lo) } else { a.min(lo / self.slopes.a) },

@@ -61,9 +61,10 @@ impl Grid {
                 for i in 0..W {
                     let [x, y, z] = [0, 1, 2].map(|a| cell[a][i] as usize);
                     let brick = x / BRICK + count[0] * (y / BRICK + count[1] * (z / BRICK));
-                    let Some(slot) = bricks.slot(brick) else {
+                    let word = bricks.words()[brick];
+                    let Some(slot) = word.slot() else {
                         for c in out.iter_mut() {
-                            c[i] = T::of(f64::from(bricks.far()[brick]));
+                            c[i] = T::of(f64::from(word.value()));
                         }
                         continue;
                     };
@@ -103,8 +104,8 @@ impl Grid {
         for i in 0..W {
             let [x, y, z] = [0, 1, 2].map(|a| cell[a][i] as usize / BRICK);
             let brick = x + count[0] * (y + count[1] * z);
-            out[0][i] = self.slopes.bricks[brick].wide();
-            out[1][i] = self.slopes.near[brick].wide();
+            let [own, near] = self.slopes_of(brick);
+            (out[0][i], out[1][i]) = (own.wide(), near.wide());
         }
         out
     }

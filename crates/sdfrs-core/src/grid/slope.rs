@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{BRICK, BrickValues, Claim, GridValues, Store, bricks_along, dense::Sample};
+use super::{BRICK, BrickValues, Bricks, Claim, GridValues, Store, bricks_along, dense::Sample};
 use crate::{pool, real::Scalar};
 
 /// Nodes along an edge of a brick.
@@ -41,9 +41,18 @@ pub struct Slopes {
     /// Divisor and subtrahend of rule 2; the latter is infinite where there is no such rule.
     pub s: f64,
     pub gap: f64,
-    /// Slopes of the bricks, and of each with its neighbours; `a` for bricks without samples.
+    /// Slopes of the bricks, and of each with its neighbours: all of a dense grid, in a sparse one those that keep
+    /// nodes, in the order of their slots ([`Grid::slopes_of`](super::Grid::slopes_of)).
     pub bricks: Arc<Vec<f32>>,
     pub near: Arc<Vec<f32>>,
+}
+
+impl Slopes {
+    /// No brick has more; those without nodes have this.
+    #[inline(always)]
+    pub fn top(&self) -> f32 {
+        (self.a as f32).next_up()
+    }
 }
 
 pub fn diagonal([hx, hy, hz]: [f64; 3]) -> f64 {
@@ -84,12 +93,16 @@ pub fn measure(
         (_, known) => survey::<f32>(store, dims, spacing, known.is_none(), stop),
     };
     let (a, s, gap, whole) = rules(store, spacing, claim, most);
-    let up = |v: f64| (v as f32).next_up();
+    let mut slopes = Slopes { whole, a, s, gap, bricks: Arc::default(), near: Arc::default() };
     for b in &mut bricks {
-        *b = if *b < 0.0 { up(a) } else { b.min(up(a)).max(f32::MIN_POSITIVE) };
+        *b = b.min(slopes.top()).max(f32::MIN_POSITIVE);
     }
-    let near = spread(&bricks, count);
-    Slopes { whole, a, s, gap, bricks: Arc::new(bricks), near: Arc::new(near) }
+    let near = match store {
+        Store::Dense(_) => spread(&bricks, count),
+        Store::Sparse(sparse) => neighbours(sparse, &bricks, slopes.top(), count),
+    };
+    (slopes.bricks, slopes.near) = (Arc::new(bricks), Arc::new(near));
+    slopes
 }
 
 /// `a`, `s`, the subtrahend of rule 2, and the slope of the whole field.
@@ -113,7 +126,7 @@ fn rules(store: &Store, h: [f64; 3], claim: &Claim, most: Found) -> (f64, f64, f
     (a, s, diagonal + noise / s, whole)
 }
 
-/// Each brick's slope, below 0 where it keeps no samples, and the largest slopes of all.
+/// The slope of each brick that keeps samples, and the largest slopes of all.
 fn survey<T: Scalar>(
     store: &Store,
     dims: [usize; 3],
@@ -123,16 +136,23 @@ fn survey<T: Scalar>(
 ) -> (Vec<f32>, Found) {
     let count = bricks_along(dims);
     let inverse = Inverse::<T>::new(spacing);
+    let owners = match store {
+        Store::Dense(_) => None,
+        Store::Sparse(bricks) => Some(bricks.owners(bricks.kept())),
+    };
     let one = |block: &mut Vec<T>, (i, out): (usize, &mut f32)| {
-        let at = [i % count[0], i / count[0] % count[1], i / count[0] / count[1]];
-        if stop() || !fill(store, dims, at, i, block) {
+        if stop() {
             return Found::default();
         }
+        let brick = owners.as_ref().map_or(i, |owners| owners[i]);
+        let at = [brick % count[0], brick / count[0] % count[1], brick / count[0] / count[1]];
+        fill(store, dims, at, i, block);
         let found = inverse.steepest(block, pairs);
         *out = (found.steep.sqrt() as f32).next_up();
         found
     };
-    let mut out = vec![-1f32; count.iter().product()];
+    let all = owners.as_ref().map_or_else(|| count.iter().product(), Vec::len);
+    let mut out = vec![0f32; all];
     let most = pool::install(|| {
         let bricks = out.par_iter_mut().enumerate();
         bricks.map_init(|| vec![T::of(0.0); BLOCK], one).reduce(Found::default, Found::with)
@@ -140,14 +160,13 @@ fn survey<T: Scalar>(
     (out, most)
 }
 
-/// The brick's nodes; beyond the grid its last ones again, so that no slope is added. False: not kept.
-fn fill<T: Scalar>(store: &Store, dims: [usize; 3], at: [usize; 3], i: usize, block: &mut [T]) -> bool {
+/// A brick's nodes, those in `slot` of a sparse grid; beyond the grid its last ones again, so that no slope is added.
+fn fill<T: Scalar>(store: &Store, dims: [usize; 3], at: [usize; 3], slot: usize, block: &mut [T]) {
     match store {
         Store::Dense(GridValues::F16(v)) => copy(v, dims, at.map(|b| b * BRICK), dims, block),
         Store::Dense(GridValues::F32(v)) => copy(v, dims, at.map(|b| b * BRICK), dims, block),
         Store::Dense(GridValues::F64(v)) => copy(v, dims, at.map(|b| b * BRICK), dims, block),
         Store::Sparse(bricks) => {
-            let Some(slot) = bricks.slot(i) else { return false };
             let inside = std::array::from_fn(|a| (dims[a] - at[a] * BRICK).min(NODES));
             let nodes = slot * BLOCK..(slot + 1) * BLOCK;
             match bricks.nodes() {
@@ -163,7 +182,6 @@ fn fill<T: Scalar>(store: &Store, dims: [usize; 3], at: [usize; 3], i: usize, bl
             }
         }
     }
-    true
 }
 
 /// A block of nodes from `first` on; beyond `end` the last ones again.
@@ -263,6 +281,26 @@ fn spread(bricks: &[f32], count: [usize; 3]) -> Vec<f32> {
         }
     }
     now
+}
+
+/// The same for the bricks that keep nodes, in the order of their slots; the others have `top`.
+fn neighbours(sparse: &Bricks, slopes: &[f32], top: f32, count: [usize; 3]) -> Vec<f32> {
+    let one = |&brick: &usize| {
+        let at = [brick % count[0], brick / count[0] % count[1], brick / count[0] / count[1]];
+        let from = at.map(|b| b.saturating_sub(1));
+        let to: [usize; 3] = std::array::from_fn(|a| (at[a] + 1).min(count[a] - 1));
+        let mut most = 0f32;
+        for z in from[2]..=to[2] {
+            for y in from[1]..=to[1] {
+                for x in from[0]..=to[0] {
+                    let slot = sparse.slot(x + count[0] * (y + count[1] * z));
+                    most = most.max(slot.map_or(top, |slot| slopes[slot]));
+                }
+            }
+        }
+        most
+    };
+    sparse.owners(slopes.len()).iter().map(one).collect()
 }
 
 /// Numbers of the rules in a walk's precision.

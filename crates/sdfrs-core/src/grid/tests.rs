@@ -67,7 +67,7 @@ fn sparse(n: [usize; 3], band: f64, f: impl Fn([f64; 3]) -> f64) -> Bricks {
             nodes.push(f(position(n, std::array::from_fn(|a| spread(at[a], k[a])))) as f32);
         }
     }
-    Bricks::new(table, far, BrickValues::F32(Arc::new(nodes)))
+    Bricks::of_table(&table, &far, BrickValues::F32(Arc::new(nodes))).unwrap()
 }
 
 const SIZES: [[usize; 3]; 2] = [[33, 33, 33], [42, 33, 29]];
@@ -173,7 +173,7 @@ fn bricks_step_farther() {
 #[test]
 fn brick_slopes_bound_what_is_measured() {
     for (name, grid) in grids() {
-        let (slopes, count) = grid.brick_slopes();
+        let count = bricks_along(grid.dims());
         let mut random = Random(5);
         for _ in 0..20_000 {
             let p = random.point(1.0);
@@ -181,7 +181,7 @@ fn brick_slopes_bound_what_is_measured() {
             let cell: [usize; 3] = std::array::from_fn(|a| {
                 (((p[a] + 1.0) / grid.spacing()[a]) as usize).min(grid.dims()[a] - 2) / BRICK
             });
-            let bound = slopes[cell[0] + count[0] * (cell[1] + count[1] * cell[2])];
+            let bound = grid.slopes_of(cell[0] + count[0] * (cell[1] + count[1] * cell[2]))[0];
             let steep = g.iter().map(|v| v * v).sum::<f64>().sqrt();
             assert!(steep <= f64::from(bound) * (1.0 + 1e-6), "{name}: {steep} > {bound} at {p:?}");
         }
@@ -225,7 +225,7 @@ fn shared_nodes_agree() {
         assert!(scale.iter().any(|s| *s >= 8.0 * finest), "the test needs scales that differ");
         let count = bricks_along(n);
         let mut met = 0;
-        for i in 0..bricks.table().len() {
+        for i in 0..bricks.words().len() {
             let (Some(a), true) = (bricks.slot(i), i % count[0] + 1 < count[0]) else { continue };
             let Some(b) = bricks.slot(i + 1) else { continue };
             for k in 0..81 {
@@ -339,7 +339,7 @@ fn steep_samples_are_no_distance() {
 fn bad_bricks_are_refused() {
     let n = [17; 3];
     let good = sparse(n, 0.2, distance);
-    let (table, far) = (good.table().to_vec(), good.far().to_vec());
+    let (table, far) = good.words().iter().map(|w| (w.entry(), w.value())).unzip::<_, _, Vec<_>, Vec<_>>();
     let BrickValues::F32(nodes) = good.nodes().clone() else { unreachable!() };
     let nodes = nodes.to_vec();
     type Parts = (Vec<u32>, Vec<f32>, Vec<f32>);
@@ -364,8 +364,9 @@ fn bad_bricks_are_refused() {
     for (word, spoil) in spoil {
         let mut parts = (table.clone(), far.clone(), nodes.clone());
         spoil(&mut parts);
-        let bricks = Bricks::new(parts.0, parts.1, BrickValues::F32(Arc::new(parts.2)));
-        let error = Grid::with_claim(Store::Sparse(bricks), n, [-1.0; 3], [1.0; 3], CLAIM).unwrap_err();
+        let bricks = Bricks::of_table(&parts.0, &parts.1, BrickValues::F32(Arc::new(parts.2)));
+        let grid = bricks.and_then(|b| Grid::with_claim(Store::Sparse(b), n, [-1.0; 3], [1.0; 3], CLAIM));
+        let error = grid.unwrap_err();
         assert!(error.to_string().contains(word), "{word}: {error}");
     }
 }

@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::{
     grid::{Grid, Step},
+    lane::Mask,
     real::{Real, Scalar},
 };
 
@@ -38,6 +39,26 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
         for (d, v) in dst.iter_mut().zip(self.0) {
             *d = v;
         }
+    }
+}
+
+impl<T: Scalar, const W: usize> Pack<T, W> {
+    /// Where `a < b`.
+    #[inline(always)]
+    pub fn below(a: Self, b: Self) -> Mask<W> {
+        let mut r = Mask([0; W]);
+        for i in 0..W {
+            r.0[i] = if a.0[i] < b.0[i] { u32::MAX } else { 0 };
+        }
+        r
+    }
+    /// `x` where the truth value holds, else `y`.
+    #[inline(always)]
+    pub fn pick(truth: Mask<W>, mut x: Self, y: Self) -> Self {
+        for i in 0..W {
+            x.0[i] = if truth.0[i] != 0 { x.0[i] } else { y.0[i] };
+        }
+        x
     }
 }
 

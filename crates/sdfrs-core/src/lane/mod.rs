@@ -5,7 +5,9 @@
 mod array;
 mod dual;
 mod interval;
+mod mask;
 
 pub use array::Pack;
 pub use dual::Dual;
 pub use interval::Iv;
+pub use mask::{Mask, Truth};

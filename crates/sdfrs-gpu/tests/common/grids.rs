@@ -15,7 +15,7 @@ pub fn baked(band: Option<f64>, wide: bool) -> Grid {
 /// Dense and sparse, in f64, f32, halves and bytes.
 pub fn all() -> Vec<(&'static str, Grid)> {
     let (dense, sparse) = (baked(None, false), baked(Some(0.1), false));
-    assert!(sparse.bricks().is_some_and(|b| b.kept() > 0 && b.table().contains(&u32::MAX)));
+    assert!(sparse.bricks().is_some_and(|b| b.kept() > 0 && b.words().iter().any(|w| w.slot().is_none())));
     vec![
         ("dense f32", dense.clone()),
         ("dense f64", baked(None, true)),

@@ -3,6 +3,8 @@
 //! Half-edge h = 3 f + k runs from corner k of face f to the next. They are put into buckets by their lower vertex, and
 //! each bucket is sorted by the other: linear but for vertices with very many faces.
 
+use crate::{MeshError, Pulse};
+
 /// No half-edge.
 pub const NONE: u32 = u32::MAX;
 
@@ -16,17 +18,18 @@ pub struct Edges {
 }
 
 impl Edges {
-    pub fn new(faces: &[[u32; 3]], vertices: usize) -> Self {
-        let (places, mut bucket) = buckets(faces, vertices);
+    pub fn new(faces: &[[u32; 3]], vertices: usize, pulse: &mut Pulse) -> Result<Self, MeshError> {
+        let (places, mut bucket) = buckets(faces, vertices, pulse)?;
         let mut edges = Self { across: vec![NONE; bucket.len()], surplus: Vec::new() };
         for v in 0..vertices {
+            pulse.beat()?;
             let own = &mut bucket[places[v] as usize..places[v + 1] as usize];
             own.sort_unstable();
             for group in own.chunk_by(|a, b| a >> 33 == b >> 33) {
                 edges.add(group);
             }
         }
-        edges
+        Ok(edges)
     }
 
     /// One edge, from those that run downwards to those that run upwards.
@@ -54,15 +57,21 @@ impl Edges {
 }
 
 /// Where each lower vertex's half-edges begin, and all of them as other vertex, whether it runs upwards, half-edge.
-fn buckets(faces: &[[u32; 3]], vertices: usize) -> (Vec<u32>, Vec<u64>) {
+fn buckets(
+    faces: &[[u32; 3]],
+    vertices: usize,
+    pulse: &mut Pulse,
+) -> Result<(Vec<u32>, Vec<u64>), MeshError> {
     let ends = |f: &[u32; 3], k: usize| (f[k], f[(k + 1) % 3]);
     let lower = |f: &[u32; 3]| {
         let [a, b, c] = *f;
         [a.min(b) as usize, b.min(c) as usize, c.min(a) as usize]
     };
     let mut places = starts(vertices, faces.iter().flat_map(lower));
+    pulse.ask()?;
     let mut bucket = vec![0_u64; 3 * faces.len()];
     for (i, f) in faces.iter().enumerate() {
+        pulse.beat()?;
         for k in 0..3 {
             let (a, b) = ends(f, k);
             let place = &mut places[a.min(b) as usize];
@@ -71,7 +80,7 @@ fn buckets(faces: &[[u32; 3]], vertices: usize) -> (Vec<u32>, Vec<u64>) {
         }
     }
     rewind(&mut places);
-    (places, bucket)
+    Ok((places, bucket))
 }
 
 /// Where each of `n` buckets begins, and the end of the last.

@@ -4,6 +4,7 @@
 //! lower of its two.
 
 use super::edges::{rewind, starts};
+use crate::{MeshError, Pulse};
 
 /// The counts, by the names of `Findings`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,12 +30,18 @@ struct Corner {
 const LONG: usize = 32;
 
 /// Surveys `faces`, from which duplicates are dropped, and `needles`, which have edges but no area.
-pub fn survey(faces: &mut Vec<[u32; 3]>, needles: &[[u32; 3]], vertices: usize) -> Survey {
-    let (places, mut corners) = corners(faces, needles, vertices);
+pub fn survey(
+    faces: &mut Vec<[u32; 3]>,
+    needles: &[[u32; 3]],
+    vertices: usize,
+    pulse: &mut Pulse,
+) -> Result<Survey, MeshError> {
+    let (places, mut corners) = corners(faces, needles, vertices, pulse)?;
     let mut found = Survey::default();
     let mut dropped = vec![false; faces.len() + needles.len()];
     let (mut edges, mut link) = (Vec::new(), Vec::new());
     for v in 0..vertices {
+        pulse.beat()?;
         let own = &mut corners[places[v] as usize..places[v + 1] as usize];
         if whole(own) {
             continue;
@@ -64,15 +71,22 @@ pub fn survey(faces: &mut Vec<[u32; 3]>, needles: &[[u32; 3]], vertices: usize) 
             !dropped[at - 1]
         });
     }
-    found
+    Ok(found)
 }
 
 /// Where each vertex's corners begin, and all of them.
-fn corners(faces: &[[u32; 3]], needles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, Vec<Corner>) {
+fn corners(
+    faces: &[[u32; 3]],
+    needles: &[[u32; 3]],
+    vertices: usize,
+    pulse: &mut Pulse,
+) -> Result<(Vec<u32>, Vec<Corner>), MeshError> {
     let all = || faces.iter().chain(needles);
     let mut places = starts(vertices, all().flatten().map(|&v| v as usize));
+    pulse.ask()?;
     let mut corners = vec![Corner { next: 0, prev: 0, face: 0 }; 3 * (faces.len() + needles.len())];
     for (face, f) in all().enumerate() {
+        pulse.beat()?;
         for k in 0..3 {
             let place = &mut places[f[k] as usize];
             corners[*place as usize] =
@@ -81,7 +95,7 @@ fn corners(faces: &[[u32; 3]], needles: &[[u32; 3]], vertices: usize) -> (Vec<u3
         }
     }
     rewind(&mut places);
-    (places, corners)
+    Ok((places, corners))
 }
 
 /// Whether the faces around a vertex are one closed fan, so that there is nothing to report. Sorts them on the way.

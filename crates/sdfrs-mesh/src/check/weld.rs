@@ -3,7 +3,7 @@
 //! The hash is seeded anew in every process: no file can be made to collide. What is found doesn't depend on it.
 
 use super::frame::Frame;
-use crate::Mesh;
+use crate::{Mesh, MeshError, Pulse};
 use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
 use std::hash::BuildHasher;
@@ -20,7 +20,7 @@ pub struct Weld {
 }
 
 /// One vertex for every place among the `used` ones.
-pub fn weld(mesh: &Mesh, used: &[bool], frame: &Frame) -> Weld {
+pub fn weld(mesh: &Mesh, used: &[bool], frame: &Frame, pulse: &mut Pulse) -> Result<Weld, MeshError> {
     let count = used.iter().filter(|&&used| used).count();
     let mut of = vec![NONE; used.len()];
     let mut vertices: Vec<[f64; 3]> = Vec::with_capacity(count);
@@ -28,6 +28,7 @@ pub fn weld(mesh: &Mesh, used: &[bool], frame: &Frame) -> Weld {
     let bits = |p: &[f64; 3]| p.map(f64::to_bits);
     let mut seen: HashTable<u32> = HashTable::with_capacity(count);
     for ((new, &p), _) in of.iter_mut().zip(&mesh.vertices).zip(used).filter(|(_, used)| **used) {
+        pulse.beat()?;
         let unit = frame.unit(p);
         let same = |&i: &u32| vertices[i as usize] == unit;
         let hash = |&i: &u32| state.hash_one(bits(&vertices[i as usize]));
@@ -42,14 +43,15 @@ pub fn weld(mesh: &Mesh, used: &[bool], frame: &Frame) -> Weld {
         };
     }
     let (welded, unused) = ((count - vertices.len()) as u64, (used.len() - count) as u64);
-    Weld { vertices, of, welded, unused }
+    Ok(Weld { vertices, of, welded, unused })
 }
 
 /// How many parts have no vertex in common.
-pub fn components(faces: &[[u32; 3]], vertices: usize) -> u64 {
+pub fn components(faces: &[[u32; 3]], vertices: usize, pulse: &mut Pulse) -> Result<u64, MeshError> {
     let mut parent: Vec<u32> = (0..vertices as u32).collect();
     let mut used = vec![false; vertices];
     for face in faces {
+        pulse.beat()?;
         for &v in face {
             used[v as usize] = true;
         }
@@ -59,7 +61,7 @@ pub fn components(faces: &[[u32; 3]], vertices: usize) -> u64 {
             parent[other as usize] = first;
         }
     }
-    (0..vertices).filter(|&v| used[v] && parent[v] == v as u32).count() as u64
+    Ok((0..vertices).filter(|&v| used[v] && parent[v] == v as u32).count() as u64)
 }
 
 /// The part's name, with every second step of the way shortened.

@@ -1,7 +1,7 @@
 //! GLB: a JSON document over one binary chunk, every place of which is checked before it is read. Nodes move what hangs
 //! below them. Strips and fans become triangles; points, lines, skins and morphs are passed over.
 
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use serde::Deserialize;
 use std::collections::HashMap;
@@ -96,7 +96,7 @@ struct Buffer {
 /// A node of three bytes becomes one of a hundred.
 const MAX_DOCUMENT: usize = 1 << 26;
 
-pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub fn parse(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let (json, blob) = chunks(bytes)?;
     if json.len() > MAX_DOCUMENT {
         let message = format!("its document has {} bytes; at most {MAX_DOCUMENT} are read", json.len());
@@ -115,7 +115,7 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut found = Found { document: &document, blob, mesh: Mesh::default() };
     let Some(scene) = document.scenes.get(document.scene.unwrap_or(0)) else {
         for mesh in 0..document.meshes.len() {
-            found.mesh(mesh, DMat4::IDENTITY)?;
+            found.mesh(mesh, DMat4::IDENTITY, pulse)?;
         }
         return Ok(found.mesh);
     };
@@ -131,7 +131,7 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
         }
         let place = above * node.place();
         if let Some(mesh) = node.mesh {
-            found.mesh(mesh, place)?;
+            found.mesh(mesh, place, pulse)?;
         }
         open.extend(node.children.iter().map(|&child| (child, place)));
     }
@@ -195,13 +195,14 @@ struct Found<'b> {
 }
 
 impl<'b> Found<'b> {
-    fn mesh(&mut self, name: usize, place: DMat4) -> Result<(), MeshError> {
+    fn mesh(&mut self, name: usize, place: DMat4, pulse: &mut Pulse) -> Result<(), MeshError> {
         let Some(mesh) = self.document.meshes.get(name) else {
             let message = format!("is named, but there are only {} meshes", self.document.meshes.len());
             return Err(MeshError::bad(format!("mesh {name}"), message));
         };
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let element = format!("mesh {name}, primitive {i}");
+            pulse.ask()?;
             self.primitive(primitive, place).map_err(|message| MeshError::bad(element, message))?;
         }
         Ok(())

@@ -3,12 +3,13 @@
 
 use super::polygon::Polygons;
 use super::text::{Text, shown};
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 
-pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub fn parse(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let mut text = Text::new(bytes, b'#');
     let mut found = Polygons::default();
     loop {
+        pulse.beat()?;
         match text.word() {
             Some(b"v") => {
                 let point = text.point(Text::word)?;
@@ -24,7 +25,7 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
     if found.vertices.is_empty() {
         return Err(MeshError::bad("obj file", "has no vertex (a line that begins with v)"));
     }
-    found.mesh(|line| format!("line {line}"))
+    found.mesh(|line| format!("line {line}"), pulse)
 }
 
 fn face(text: &mut Text, found: &mut Polygons) -> Result<(), MeshError> {

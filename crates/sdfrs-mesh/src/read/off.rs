@@ -3,9 +3,9 @@
 
 use super::polygon::Polygons;
 use super::text::{Text, shown};
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 
-pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub fn parse(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let mut text = Text::new(bytes, b'#');
     let head = text.any_word().unwrap_or_default();
     let (extras, first) = match head {
@@ -36,6 +36,7 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
     }
     let mut found = Polygons::default();
     for i in 0..vertices {
+        pulse.beat()?;
         let point = text.point(Text::any_word).map_err(|e| within(e, "vertex", i))?;
         found.vertices.push(point);
         if extras {
@@ -43,9 +44,10 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
         }
     }
     for i in 0..faces {
+        pulse.beat()?;
         face(&mut text, &mut found).map_err(|e| within(e, "face", i))?;
     }
-    found.mesh(|line| format!("line {line}"))
+    found.mesh(|line| format!("line {line}"), pulse)
 }
 
 fn within(error: MeshError, kind: &str, i: u64) -> MeshError {

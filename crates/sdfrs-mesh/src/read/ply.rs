@@ -4,7 +4,7 @@
 //! file's size first.
 
 use super::polygon::Polygons;
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
@@ -16,7 +16,7 @@ const MAX_HEADER: usize = 1 << 16;
 /// Text numbers may be shorter than this crate's own, but a line has at least this.
 const WORD: u64 = 2;
 
-pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub fn parse(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let begin = &bytes[..bytes.len().min(MAX_HEADER)];
     if !begin.starts_with(b"ply") {
         return Err(MeshError::bad("line 1", "is not 'ply'"));
@@ -34,17 +34,17 @@ pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
         match name.as_str() {
             "vertex" => {
                 check_vertex(element)?;
-                each(&mut reader, &header, element, |i, vertex: &Vertex| found.vertex(i, vertex))?;
+                each(&mut reader, &header, element, pulse, |i, vertex: &Vertex| found.vertex(i, vertex))?;
             }
             "face" => {
                 check_face(element)?;
-                each(&mut reader, &header, element, |i, face: &Face| found.face(i, face))?;
+                each(&mut reader, &header, element, pulse, |i, face: &Face| found.face(i, face))?;
             }
             _ if element.properties.is_empty() && header.encoding != Encoding::Ascii => {}
-            _ => each(&mut reader, &header, element, |_, _: &Ignored| Ok(()))?,
+            _ => each(&mut reader, &header, element, pulse, |_, _: &Ignored| Ok(()))?,
         }
     }
-    found.0.mesh(|i| format!("face {i}"))
+    found.0.mesh(|i| format!("face {i}"), pulse)
 }
 
 fn failed(element: &str, error: &ply_rs_bw::parser::ParseError) -> MeshError {
@@ -122,11 +122,13 @@ fn each<E: PropertyAccess>(
     reader: &mut Reader<Cursor<&[u8]>>,
     header: &Header,
     element: &ElementDef,
+    pulse: &Pulse,
     mut take: impl FnMut(usize, &E) -> Result<(), MeshError>,
 ) -> Result<(), MeshError> {
     const PART: usize = 1 << 14;
     let mut part = element.clone();
     for first in (0..element.count).step_by(PART) {
+        pulse.ask()?;
         part.count = PART.min(element.count - first);
         let items = Parser::<E>::new().read_payload_for_element(reader, &part, header);
         let items = items.map_err(|e| failed(&format!("{} {first} or later", element.name), &e))?;

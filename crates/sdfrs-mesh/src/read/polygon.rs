@@ -2,7 +2,7 @@
 //!
 //! No corner is dropped, not even one on a straight side: neighbours have it too, and the mesh would open there.
 
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 use robust::{Coord, orient2d};
 
 /// A polygon with more corners than this has to be convex: ears take time with the square of their number.
@@ -42,7 +42,7 @@ impl Polygons {
     }
 
     /// The triangles. `place` names what `end` was given.
-    pub fn mesh(self, place: impl Fn(u64) -> String) -> Result<Mesh, MeshError> {
+    pub fn mesh(self, place: impl Fn(u64) -> String, pulse: &mut Pulse) -> Result<Mesh, MeshError> {
         if let Some((corners, at)) = self.short {
             let message = format!("a face of {corners} corners; at least 3 are needed");
             return Err(MeshError::bad(place(at), message));
@@ -57,6 +57,7 @@ impl Polygons {
         for &(end, at) in &self.ends {
             let polygon = &self.corners[start..end];
             start = end;
+            pulse.beat()?;
             if let Some(&v) = polygon.iter().find(|&&v| v as usize >= count) {
                 let message = format!("a face has vertex {v} (from 0), but there are only {count}");
                 return Err(MeshError::bad(place(at), message));

@@ -1,15 +1,15 @@
 //! STL, text and binary. A binary file may begin with the text file's first word, so its length decides.
 
 use super::text::{Text, shown};
-use crate::{Mesh, MeshError};
+use crate::{Mesh, MeshError, Pulse};
 
 const HEAD: u64 = 84;
 const FACE: u64 = 50;
 
-pub fn parse(bytes: &[u8]) -> Result<Mesh, MeshError> {
+pub fn parse(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let claimed = bytes.get(80..84).map(|n| u64::from(u32::from_le_bytes([n[0], n[1], n[2], n[3]])));
     let exact = claimed.is_some_and(|faces| bytes.len() as u64 == HEAD + FACE * faces);
-    if exact || !looks_like_text(bytes) { binary(bytes, claimed) } else { text(bytes) }
+    if exact || !looks_like_text(bytes) { binary(bytes, claimed, pulse) } else { text(bytes, pulse) }
 }
 
 /// The word "solid", and nothing in the beginning that no text has.
@@ -20,7 +20,7 @@ fn looks_like_text(bytes: &[u8]) -> bool {
         && !begin[..begin.len().min(512)].contains(&0)
 }
 
-fn binary(bytes: &[u8], claimed: Option<u64>) -> Result<Mesh, MeshError> {
+fn binary(bytes: &[u8], claimed: Option<u64>, pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let Some(faces) = claimed else {
         let message =
             format!("neither a text (it doesn't begin with 'solid') nor a binary one: {} bytes", bytes.len());
@@ -38,6 +38,7 @@ fn binary(bytes: &[u8], claimed: Option<u64>) -> Result<Mesh, MeshError> {
     let mut mesh =
         Mesh { vertices: Vec::with_capacity(3 * faces as usize), faces: Vec::with_capacity(faces as usize) };
     for (i, face) in bytes[HEAD as usize..need as usize].chunks_exact(FACE as usize).enumerate() {
+        pulse.beat()?;
         // The normal comes first, and nobody needs it.
         for corner in face[12..48].chunks_exact(12) {
             let coordinate =
@@ -55,12 +56,13 @@ fn binary(bytes: &[u8], claimed: Option<u64>) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-fn text(bytes: &[u8]) -> Result<Mesh, MeshError> {
+fn text(bytes: &[u8], pulse: &mut Pulse) -> Result<Mesh, MeshError> {
     let mut text = Text::new(bytes, 0);
     let mut mesh = Mesh::default();
     // Corners of the facet that is open.
     let mut corners = None;
     loop {
+        pulse.beat()?;
         match text.word().map(<[u8]>::to_ascii_lowercase).as_deref() {
             None | Some(b"solid" | b"endsolid" | b"outer" | b"endloop") => {}
             Some(b"facet") if corners.is_none() => corners = Some(0_u32),

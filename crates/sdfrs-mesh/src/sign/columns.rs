@@ -5,6 +5,7 @@
 
 use super::cross::{Face, above, facing, meets};
 use crate::check::Checked;
+use crate::{MeshError, Pulse, Watch};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -40,10 +41,18 @@ impl Rule {
 
 impl Columns {
     /// `axes` are the nodes' coordinates in the unit frame, rising. Nothing where it would take more than `budget` bytes.
-    pub fn new(mesh: &Checked, axes: [&[f64]; 3], rule: Rule, budget: u64) -> Option<Self> {
-        let mut lists = Lists::new(mesh, axes, budget)?;
+    pub fn new(
+        mesh: &Checked,
+        axes: [&[f64]; 3],
+        rule: Rule,
+        budget: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Self>, MeshError> {
+        let Some(mut lists) = Lists::new(mesh, axes, budget, watch)? else { return Ok(None) };
+        let mut pulse = Pulse::new(watch);
         let (around, mut kept) = (rule.inside(0, 0), 0);
         for column in 0..lists.starts.len() - 1 {
+            pulse.beat()?;
             let own = lists.starts[column] as usize..lists.starts[column + 1] as usize;
             lists.starts[column] = kept as u32;
             let (mut winding, mut count, mut was) = (0, 0, around);
@@ -65,7 +74,7 @@ impl Columns {
             *end = kept as u32;
         }
         lists.crossings.truncate(kept);
-        Some(Self { nx: axes[0].len(), around, starts: lists.starts, turns: lists.crossings })
+        Ok(Some(Self { nx: axes[0].len(), around, starts: lists.starts, turns: lists.crossings }))
     }
 
     /// Whether node (i, j, k) is inside.
@@ -84,8 +93,13 @@ impl Columns {
 }
 
 /// The least and the largest winding number at the nodes of a grid.
-pub fn extremes(mesh: &Checked, axes: [&[f64]; 3], budget: u64) -> Option<(i32, i32)> {
-    let lists = Lists::new(mesh, axes, budget)?;
+pub fn extremes(
+    mesh: &Checked,
+    axes: [&[f64]; 3],
+    budget: u64,
+    watch: &dyn Watch,
+) -> Result<Option<(i32, i32)>, MeshError> {
+    let Some(lists) = Lists::new(mesh, axes, budget, watch)? else { return Ok(None) };
     let (mut least, mut most) = (0, 0);
     for ends in lists.starts.windows(2) {
         let own = &lists.crossings[ends[0] as usize..ends[1] as usize];
@@ -95,7 +109,7 @@ pub fn extremes(mesh: &Checked, axes: [&[f64]; 3], budget: u64) -> Option<(i32, 
             (least, most) = (least.min(winding), most.max(winding));
         }
     }
-    Some((least, most))
+    Ok(Some((least, most)))
 }
 
 /// A crossing is the first node above it, doubled, and 1 where the mesh is entered.
@@ -114,14 +128,24 @@ const BYTES_PER_CROSSING: u64 = 24;
 const CHUNK: usize = 1024;
 
 impl Lists {
-    fn new(mesh: &Checked, axes: [&[f64]; 3], budget: u64) -> Option<Self> {
+    fn new(
+        mesh: &Checked,
+        axes: [&[f64]; 3],
+        budget: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Self>, MeshError> {
         let [xs, ys, zs] = axes.map(|axis| axis.len() as u64);
-        let columns = xs.checked_mul(ys).filter(|&n| n < u64::from(u32::MAX) && zs < 1 << 31)?;
-        let limit = (budget.checked_sub(4 * columns)? / BYTES_PER_CROSSING).min(u64::from(u32::MAX));
-        let found = gather(mesh, axes, limit)?;
+        let columns = xs.checked_mul(ys).filter(|&n| n < u64::from(u32::MAX) && zs < 1 << 31);
+        let left = columns.and_then(|n| Some((n, budget.checked_sub(n.checked_mul(4)?)?)));
+        let Some((columns, left)) = left else { return Ok(None) };
+        let found = gather(mesh, axes, (left / BYTES_PER_CROSSING).min(u64::from(u32::MAX)), watch);
+        let mut pulse = Pulse::new(watch);
+        pulse.ask()?;
+        let Some(found) = found else { return Ok(None) };
         let all = || found.iter().flatten();
         let mut starts = vec![0_u32; columns as usize + 1];
         for &(column, _) in all() {
+            pulse.beat()?;
             starts[column as usize] += 1;
         }
         let mut at = 0;
@@ -130,6 +154,7 @@ impl Lists {
         }
         let mut crossings = vec![0_u32; at as usize];
         for &(column, crossing) in all() {
+            pulse.beat()?;
             let place = &mut starts[column as usize];
             crossings[*place as usize] = crossing;
             *place += 1;
@@ -138,19 +163,23 @@ impl Lists {
         starts.rotate_right(1);
         starts[0] = 0;
         for ends in starts.windows(2) {
+            pulse.beat()?;
             crossings[ends[0] as usize..ends[1] as usize].sort_unstable();
         }
-        Some(Self { starts, crossings })
+        Ok(Some(Self { starts, crossings }))
     }
 }
 
-/// All crossings as (column, crossing), if there are at most `limit`.
-fn gather(mesh: &Checked, axes: [&[f64]; 3], limit: u64) -> Option<Vec<Vec<(u32, u32)>>> {
+/// All crossings as (column, crossing), if there are at most `limit` and nobody wants it to stop.
+fn gather(mesh: &Checked, axes: [&[f64]; 3], limit: u64, watch: &dyn Watch) -> Option<Vec<Vec<(u32, u32)>>> {
     let count = AtomicU64::new(0);
     let axes = [Nodes::new(axes[0]), Nodes::new(axes[1]), Nodes::new(axes[2])];
     let chunks = (0..mesh.faces.len()).into_par_iter().step_by(CHUNK);
     chunks
         .map(|first| {
+            if watch.cancelled() {
+                return None;
+            }
             let mut own = Vec::new();
             for face in first..(first + CHUNK).min(mesh.faces.len()) {
                 let before = own.len();

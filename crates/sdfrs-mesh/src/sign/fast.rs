@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn every_processor_guesses_the_same_bits_and_well() {
         let (mesh, _) = check(&beheaded(icosphere(4), 0.2)).unwrap();
-        let tree = Tree::new(&mesh);
+        let tree = Tree::new(&mesh, &()).unwrap();
         let mut dice = Dice::new(1);
         let points: Vec<[f64; 3]> = (0..2000).map(|_| dice.point(1.1)).collect();
         let plain: Vec<Guess> = points.iter().map(|p| walk(&tree, *p)).collect();

@@ -5,10 +5,13 @@
 
 use super::cross::{Face, above, facing, meets};
 use crate::check::Checked;
+use crate::{MeshError, Pulse, Watch};
 
+#[derive(Default)]
 pub struct Lines([Buckets; 3]);
 
 /// The faces over each square of a plane.
+#[derive(Default)]
 struct Buckets {
     side: usize,
     starts: Vec<u32>,
@@ -21,8 +24,10 @@ fn turned(p: [f64; 3], axis: usize) -> [f64; 3] {
 }
 
 impl Lines {
-    pub fn new(mesh: &Checked) -> Self {
-        Self(std::array::from_fn(|axis| Buckets::new(mesh, axis)))
+    pub fn new(mesh: &Checked, watch: &dyn Watch) -> Result<Self, MeshError> {
+        let mut pulse = Pulse::new(watch);
+        let [x, y, z] = [0, 1, 2].map(|axis| Buckets::new(mesh, axis, &mut pulse));
+        Ok(Self([x?, y?, z?]))
     }
 
     pub fn inside(&self, mesh: &Checked, p: [f64; 3]) -> bool {
@@ -41,21 +46,22 @@ impl Lines {
 
 impl Buckets {
     /// As many squares as faces, about, unless faces are so large that the lists would be too long.
-    fn new(mesh: &Checked, axis: usize) -> Self {
+    fn new(mesh: &Checked, axis: usize, pulse: &mut Pulse) -> Result<Self, MeshError> {
         let faces = mesh.faces.len();
         let mut side = (faces as f64).sqrt().ceil().clamp(1.0, 2048.0) as usize;
         loop {
-            let total: usize = (0..faces)
-                .map(|f| squares(mesh, f, axis, side).map(|r| r.len()).iter().product::<usize>())
-                .sum();
+            let total = (0..faces).try_fold(0, |total, f| {
+                pulse.beat()?;
+                Ok(total + squares(mesh, f, axis, side).map(|r| r.len()).iter().product::<usize>())
+            })?;
             if side == 1 || total <= 16 * faces + 1024 {
-                return Self::of(mesh, axis, side);
+                return Self::of(mesh, axis, side, pulse);
             }
             side = side.div_ceil(2);
         }
     }
 
-    fn of(mesh: &Checked, axis: usize, side: usize) -> Self {
+    fn of(mesh: &Checked, axis: usize, side: usize, pulse: &mut Pulse) -> Result<Self, MeshError> {
         let all = || {
             (0..mesh.faces.len()).flat_map(move |f| {
                 let [xs, ys] = squares(mesh, f, axis, side);
@@ -64,6 +70,7 @@ impl Buckets {
         };
         let mut starts = vec![0_u32; side * side + 1];
         for (square, _) in all() {
+            pulse.beat()?;
             starts[square] += 1;
         }
         let mut at = 0;
@@ -72,12 +79,13 @@ impl Buckets {
         }
         let mut faces = vec![0_u32; at as usize];
         for (square, face) in all() {
+            pulse.beat()?;
             faces[starts[square] as usize] = face;
             starts[square] += 1;
         }
         starts.rotate_right(1);
         starts[0] = 0;
-        Self { side, starts, faces }
+        Ok(Self { side, starts, faces })
     }
 
     /// The faces over the square of a point.

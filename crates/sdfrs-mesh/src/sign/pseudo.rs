@@ -6,6 +6,7 @@
 //! when they are asked for, which is seldom.
 
 use crate::check::{Checked, Edges, NONE};
+use crate::{MeshError, Pulse};
 use glam::DVec3;
 
 /// What lies beyond each edge of each face.
@@ -31,8 +32,8 @@ pub struct Foot {
 }
 
 impl Pseudo {
-    pub fn new(mesh: &Checked) -> Self {
-        Self { across: Edges::new(&mesh.faces, mesh.vertices.len()).across }
+    pub fn new(mesh: &Checked, pulse: &mut Pulse) -> Result<Self, MeshError> {
+        Ok(Self { across: Edges::new(&mesh.faces, mesh.vertices.len(), pulse)?.across })
     }
 
     /// Whether `p`, nearest to `face`, is inside.

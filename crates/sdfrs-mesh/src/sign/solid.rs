@@ -5,6 +5,7 @@
 //! that whole number, which any good guess rounds to, less the fan's: a sum over open edges rather than all faces.
 
 use crate::check::{Checked, Edges};
+use crate::{MeshError, Pulse};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -32,6 +33,7 @@ pub fn winding(mesh: &Checked, p: [f64; 3]) -> f64 {
 }
 
 /// The fan that closes a mesh.
+#[derive(Default)]
 pub struct Rim {
     apex: DVec3,
     /// Ends in the fan's order, and how often.
@@ -39,8 +41,8 @@ pub struct Rim {
 }
 
 impl Rim {
-    pub fn new(mesh: &Checked) -> Self {
-        let found = Edges::new(&mesh.faces, mesh.vertices.len());
+    pub fn new(mesh: &Checked, pulse: &mut Pulse) -> Result<Self, MeshError> {
+        let found = Edges::new(&mesh.faces, mesh.vertices.len(), pulse)?;
         let edges: Vec<([DVec3; 2], f64)> = found
             .surplus
             .iter()
@@ -51,7 +53,7 @@ impl Rim {
             })
             .collect();
         let middle = edges.iter().map(|(ends, _)| 0.5 * (ends[0] + ends[1])).sum::<DVec3>();
-        Self { apex: middle / edges.len().max(1) as f64, edges }
+        Ok(Self { apex: middle / edges.len().max(1) as f64, edges })
     }
 
     /// How many triangles the fan has.

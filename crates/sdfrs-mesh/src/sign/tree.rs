@@ -7,6 +7,7 @@ use super::Nearest;
 use super::moments::Moments;
 use super::pseudo::foot;
 use crate::check::Checked;
+use crate::{MeshError, Pulse, Watch};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -41,6 +42,7 @@ pub struct Near {
     pub noise: Lanes,
 }
 
+#[derive(Default)]
 pub struct Tree {
     /// Faces in the order of their clusters.
     pub order: Vec<u32>,
@@ -50,16 +52,18 @@ pub struct Tree {
 }
 
 impl Tree {
-    pub fn new(mesh: &Checked) -> Self {
-        let order = order(mesh);
-        let near = order.par_chunks(WIDE).map(|faces| Near::of(mesh, faces)).collect();
-        let mut moments: Vec<Moments> =
-            order.par_chunks(WIDE).map(|faces| Moments::of(mesh, faces)).collect();
+    pub fn new(mesh: &Checked, watch: &dyn Watch) -> Result<Self, MeshError> {
+        let order = order(mesh, watch)?;
+        let on = || if watch.cancelled() { Err(MeshError::Cancelled) } else { Ok(()) };
+        let clusters = || order.par_chunks(WIDE);
+        let near = clusters().map(|faces| on().map(|()| Near::of(mesh, faces))).collect::<Result<_, _>>()?;
+        let moments = clusters().map(|faces| on().map(|()| Moments::of(mesh, faces)));
+        let mut moments: Vec<Moments> = moments.collect::<Result<_, _>>()?;
         let mut levels = Vec::new();
         loop {
             levels.push(moments.chunks(WIDE).map(Far::of).collect());
             if moments.len() <= WIDE {
-                return Self { order, near, levels };
+                return Ok(Self { order, near, levels });
             }
             moments = moments.chunks(WIDE).map(Moments::sum).collect();
         }
@@ -71,10 +75,10 @@ impl Tree {
     }
 }
 
-fn order(mesh: &Checked) -> Vec<u32> {
+fn order(mesh: &Checked, watch: &dyn Watch) -> Result<Vec<u32>, MeshError> {
     let middles: Vec<[f64; 3]> = mesh
         .faces
-        .iter()
+        .par_iter()
         .map(|f| {
             let [a, b, c] = *f;
             let [a, b, c] = [mesh.vertices[a as usize], mesh.vertices[b as usize], mesh.vertices[c as usize]];
@@ -86,15 +90,20 @@ fn order(mesh: &Checked) -> Vec<u32> {
     while size < order.len() {
         size *= WIDE;
     }
-    split(&mut order, &middles, size / WIDE);
-    order
+    split(&mut order, &middles, size / WIDE, watch)?;
+    Ok(order)
 }
 
 /// Puts `faces` into clusters of `size`, and those into smaller ones.
-fn split(faces: &mut [u32], middles: &[[f64; 3]], mut size: usize) {
+fn split(
+    faces: &mut [u32],
+    middles: &[[f64; 3]],
+    mut size: usize,
+    watch: &dyn Watch,
+) -> Result<(), MeshError> {
     while faces.len() <= size {
         if size <= WIDE {
-            return;
+            return Ok(());
         }
         size /= WIDE;
     }
@@ -107,10 +116,12 @@ fn split(faces: &mut [u32], middles: &[[f64; 3]], mut size: usize) {
     });
     let (low, high) = faces.split_at_mut(at);
     if low.len() + high.len() > 4096 {
-        rayon::join(|| split(low, middles, size), || split(high, middles, size));
+        Pulse::new(watch).ask()?;
+        let (a, b) = rayon::join(|| split(low, middles, size, watch), || split(high, middles, size, watch));
+        a.and(b)
     } else {
-        split(low, middles, size);
-        split(high, middles, size);
+        split(low, middles, size, watch)?;
+        split(high, middles, size, watch)
     }
 }
 

@@ -6,21 +6,24 @@ use super::fast::{self, Guess};
 use super::solid::{self, Rim};
 use super::tree::Tree;
 use crate::check::Checked;
+use crate::{MeshError, Pulse, Watch};
 
 /// Guesses this near to 1/2 are looked at again; their largest error is a fifth of that.
 const NEAR: f64 = 0.05;
 /// The same for careful ones, whose error is at most a tenth.
 const NEARER: f64 = 0.005;
 
+#[derive(Default)]
 pub struct Winding {
     tree: Tree,
     rim: Rim,
 }
 
 impl Winding {
-    pub fn new(mesh: &Checked) -> Self {
-        let (tree, rim) = rayon::join(|| Tree::new(mesh), || Rim::new(mesh));
-        Self { tree, rim }
+    pub fn new(mesh: &Checked, watch: &dyn Watch) -> Result<Self, MeshError> {
+        let rim = || Rim::new(mesh, &mut Pulse::new(watch));
+        let (tree, rim) = rayon::join(|| Tree::new(mesh, watch), rim);
+        Ok(Self { tree: tree?, rim: rim? })
     }
 
     pub fn inside_many(&self, mesh: &Checked, points: &[[f64; 3]], out: &mut [bool]) {

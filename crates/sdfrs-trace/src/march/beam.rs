@@ -4,9 +4,18 @@
 //! the mean ray has a part along the direction (the bulge of a fan of unit rays) and a part across; both
 //! grow linearly with t. Law: every point lies in the ball (tests below).
 
-use sdfrs_core::{eval::Native, prune::Cell};
+use std::array;
+
+use sdfrs_core::{
+    Real,
+    eval::{Kernel, Lanes, Native, vectorise},
+    prune::Cell,
+};
 
 use super::swarm::Swarm;
+
+/// Rounding of offsets, in parts of them: more than f32's of three products and their sum.
+const SLACK: f64 = 1e-6;
 
 /// The mean ray of a group, and how far the others are from it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -28,37 +37,28 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 impl Beam {
-    /// The beam of the rays that are under way in some swarms; none where there are none.
-    pub fn around<'a, T: Native>(swarms: impl Iterator<Item = &'a Swarm<T>> + Clone) -> Option<Self> {
-        let mut lo = [[f64::INFINITY; 3]; 2];
-        let mut hi = [[f64::NEG_INFINITY; 3]; 2];
-        for swarm in swarms.clone() {
-            for (which, columns) in [&swarm.origin, &swarm.direction].into_iter().enumerate() {
-                for a in 0..3 {
-                    let (least, most) = extent(&columns[a]);
-                    lo[which][a] = lo[which][a].min(least.f64());
-                    hi[which][a] = hi[which][a].max(most.f64());
-                }
-            }
-        }
-        let middle = |w: usize| -> [f64; 3] { std::array::from_fn(|a| 0.5 * (lo[w][a] + hi[w][a])) };
-        let (origin, direction) = (middle(0), middle(1));
-        let mut beam = Self { origin, direction, t_max: f64::NEG_INFINITY, ..Self::default() };
-        let length = dot(beam.direction, beam.direction).sqrt();
-        if !(length > 0.0 && beam.origin.iter().all(|v| v.is_finite())) {
+    /// The beam of all rays in some swarms; none where they have no direction in common.
+    pub fn around<T: Native>(swarms: &[Swarm<T>]) -> Option<Self> {
+        let mut extent = Extent::<T>::none();
+        vectorise(Grow { swarms, to: &mut extent });
+        let middle = extent.middle();
+        let [origin, direction] = middle.map(|v| v.map(T::f64));
+        let length = dot(direction, direction).sqrt();
+        if !(length > 0.0 && origin.iter().all(|v| v.is_finite())) {
             return None;
         }
-        let unit = beam.direction.map(|v| v / length);
-        for swarm in swarms {
-            let (along, apart) = farthest(&swarm.origin, beam.origin, unit);
-            let (bulge, spread) = farthest(&swarm.direction, beam.direction, unit);
-            beam.along = beam.along.max(along);
-            beam.apart = beam.apart.max(apart);
-            beam.bulge = beam.bulge.max(bulge);
-            beam.spread = beam.spread.max(spread);
-            beam.t_max = beam.t_max.max(extent(&swarm.t_max).1.f64());
-        }
-        Some(beam)
+        let unit = direction.map(|v| v / length);
+        let mut far = [[T::Lanes::c(0.0); 2]; 2];
+        vectorise(Reach { swarms, middle, unit: unit.map(T::of), to: &mut far });
+        // What rounding may have taken from offsets whose parts along the beam cancel.
+        let most = |v: T::Lanes| (0..T::Lanes::WIDTH).map(|l| v.lane(l).f64()).fold(0.0, f64::max);
+        let [[along, apart], [bulge, spread]] = far.map(|[along, apart]| {
+            let apart = most(apart).sqrt() * (1.0 + SLACK);
+            [most(along) + SLACK * apart, apart]
+        });
+        let t_max =
+            (0..T::Lanes::WIDTH).map(|l| extent.t_max.lane(l).f64()).fold(f64::NEG_INFINITY, f64::max);
+        Some(Self { origin, direction, along, apart, bulge, spread, t_max })
     }
 
     /// How wide the beam is at a depth.
@@ -70,7 +70,7 @@ impl Beam {
     pub fn cell(&self, lo: f64, hi: f64) -> Cell {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         let far = lo.abs().max(hi.abs());
-        let centre: [f64; 3] = std::array::from_fn(|a| self.origin[a] + middle * self.direction[a]);
+        let centre: [f64; 3] = array::from_fn(|a| self.origin[a] + middle * self.direction[a]);
         let along = self.along + half + far * self.bulge;
         let radius = along.hypot(self.apart + far * self.spread);
         let centre32 = centre.map(|c| c as f32);
@@ -88,67 +88,134 @@ impl Beam {
     }
 }
 
-/// Least and largest number.
-fn extent<T: Native>(v: &[T]) -> (T, T) {
-    let mut lanes = [(T::INFINITY, -T::INFINITY); 16];
-    for chunk in v.chunks(16) {
-        for (lane, x) in lanes.iter_mut().zip(chunk) {
-            *lane = (lane.0.min(*x), lane.1.max(*x));
-        }
-    }
-    lanes.into_iter().fold((T::INFINITY, -T::INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+/// Least and largest coordinates of origins and directions, and the largest end.
+struct Extent<T: Native> {
+    lo: [[T::Lanes; 3]; 2],
+    hi: [[T::Lanes; 3]; 2],
+    t_max: T::Lanes,
 }
 
-/// Largest offset from a centre along a unit vector, and in all.
-fn farthest<T: Native>(v: &[Vec<T>; 3], centre: [f64; 3], unit: [f64; 3]) -> (f64, f64) {
-    let (mut along, mut apart) = ([0f64; 8], [0f64; 8]);
-    for ((x, y), z) in v[0].chunks(8).zip(v[1].chunks(8)).zip(v[2].chunks(8)) {
-        for l in 0..x.len() {
-            let d = [x[l].f64() - centre[0], y[l].f64() - centre[1], z[l].f64() - centre[2]];
-            along[l] = along[l].max(dot(d, unit).abs());
-            apart[l] = apart[l].max(dot(d, d));
+impl<T: Native> Extent<T> {
+    fn none() -> Self {
+        let (lo, hi) = (T::Lanes::splat(T::INFINITY), T::Lanes::splat(-T::INFINITY));
+        Self { lo: [[lo; 3]; 2], hi: [[hi; 3]; 2], t_max: hi }
+    }
+
+    fn middle(&self) -> [[T; 3]; 2] {
+        array::from_fn(|which| {
+            array::from_fn(|a| {
+                let (lo, hi) = (self.lo[which][a], self.hi[which][a]);
+                let ends = (0..T::Lanes::WIDTH).fold((T::INFINITY, -T::INFINITY), |(least, most), l| {
+                    (least.min(lo.lane(l)), most.max(hi.lane(l)))
+                });
+                // Halves first: the sum of two finite numbers may not be one.
+                T::of(0.5) * ends.0 + T::of(0.5) * ends.1
+            })
+        })
+    }
+}
+
+/// Takes all rays into an extent. Free lanes of a pack hold copies of one of its rays.
+struct Grow<'a, T: Native> {
+    swarms: &'a [Swarm<T>],
+    to: &'a mut Extent<T>,
+}
+
+impl<T: Native> Kernel for Grow<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Extent { lo, hi, t_max } = self.to;
+        for swarm in self.swarms {
+            for pack in &swarm.packs {
+                for a in 0..3 {
+                    lo[0][a] = lo[0][a].min(pack.rays.origin[a]);
+                    hi[0][a] = hi[0][a].max(pack.rays.origin[a]);
+                    lo[1][a] = lo[1][a].min(pack.rays.direction[a]);
+                    hi[1][a] = hi[1][a].max(pack.rays.direction[a]);
+                }
+                *t_max = t_max.max(pack.rays.t_max);
+            }
         }
     }
-    let most = |v: [f64; 8]| v.into_iter().fold(0.0, f64::max);
-    (most(along), most(apart).sqrt())
+}
+
+/// Largest offset from the middle along a unit vector, and its largest square in all.
+struct Reach<'a, T: Native> {
+    swarms: &'a [Swarm<T>],
+    middle: [[T; 3]; 2],
+    unit: [T; 3],
+    to: &'a mut [[T::Lanes; 2]; 2],
+}
+
+impl<T: Native> Kernel for Reach<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let unit =
+            [T::Lanes::splat(self.unit[0]), T::Lanes::splat(self.unit[1]), T::Lanes::splat(self.unit[2])];
+        for swarm in self.swarms {
+            for pack in &swarm.packs {
+                for (which, v) in [&pack.rays.origin, &pack.rays.direction].into_iter().enumerate() {
+                    let middle = self.middle[which];
+                    let x = v[0] - T::Lanes::splat(middle[0]);
+                    let y = v[1] - T::Lanes::splat(middle[1]);
+                    let z = v[2] - T::Lanes::splat(middle[2]);
+                    let [along, apart] = &mut self.to[which];
+                    *along = along.max((x * unit[0] + y * unit[1] + z * unit[2]).abs());
+                    *apart = apart.max(x * x + y * y + z * z);
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::march::Ray;
+    use crate::march::{Ray, Source, Wanted, feed::Feed};
+
+    struct Fan(Vec<Ray<f32>>);
+    impl Source<f32> for Fan {
+        fn count(&self) -> usize {
+            self.0.len()
+        }
+        fn ray(&self, i: usize) -> Ray<f32> {
+            self.0[i]
+        }
+    }
 
     /// Rays around (1, 2, 3), fanned out by `spread`, from origins `apart`.
-    fn swarm(spread: f32, apart: f32) -> Swarm<f32> {
+    fn fan(spread: f32, apart: f32) -> (Fan, Swarm<f32>) {
         let mut state = 9u64;
         let mut unit = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
         };
-        let mut swarm = Swarm::default();
-        for id in 0..300 {
-            let v: [f32; 3] = std::array::from_fn(|a| [0.3, -0.5, 0.8][a] + spread * unit());
+        let mut fan = Fan(Vec::new());
+        for _ in 0..300 {
+            let v: [f32; 3] = array::from_fn(|a| [0.3, -0.5, 0.8][a] + spread * unit());
             let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
-            let origin = std::array::from_fn(|a| [1.0, 2.0, 3.0][a] + apart * unit());
-            swarm.push(&Ray { origin, direction: v.map(|x| x / length), t_min: 0.0, t_max: 50.0 }, id);
+            let origin = array::from_fn(|a| [1.0, 2.0, 3.0][a] + apart * unit());
+            fan.0.push(Ray { origin, direction: v.map(|x| x / length), t_min: 0.0, t_max: 50.0 });
         }
-        swarm.start();
-        swarm
+        let wanted: Vec<Wanted> = (0..300).map(|x| Wanted { x, y: 0, place: x }).collect();
+        let mut swarm = Swarm::default();
+        swarm.fill(&mut Feed::new(&fan, &wanted), usize::MAX);
+        (fan, swarm)
     }
 
     #[test]
     fn a_cell_holds_all_points_between_its_depths() {
         for (spread, apart) in [(0.0, 0.0), (0.01, 0.0), (0.3, 0.1), (0.0, 1.0)] {
-            let swarm = swarm(spread, apart);
-            let beam = Beam::around(std::iter::once(&swarm)).unwrap();
+            let (fan, swarm) = fan(spread, apart);
+            let beam = Beam::around(std::slice::from_ref(&swarm)).unwrap();
             assert_eq!(beam.t_max, 50.0);
             for (lo, hi) in [(0.0, 0.5), (2.0, 2.25), (7.0, 40.0)] {
                 let cell = beam.cell(lo, hi);
                 let mut most: f64 = 0.0;
                 for i in 0..300 {
                     for t in [lo, 0.5 * (lo + hi), hi].map(|t| t as f32) {
-                        let from = |a: usize| swarm.origin[a][i] + t * swarm.direction[a][i];
+                        let from = |a: usize| fan.0[i].origin[a] + t * fan.0[i].direction[a];
                         let d: f64 = (0..3).map(|a| f64::from(from(a) - cell.centre[a]).powi(2)).sum();
                         most = most.max(d.sqrt());
                     }
@@ -161,16 +228,16 @@ mod tests {
 
     #[test]
     fn what_a_ball_clears_lies_in_the_ball() {
-        let swarm = swarm(0.05, 0.02);
-        let beam = Beam::around(std::iter::once(&swarm)).unwrap();
+        let (fan, swarm) = fan(0.05, 0.02);
+        let beam = Beam::around(std::slice::from_ref(&swarm)).unwrap();
         for (t, radius) in [(1.0, 0.5), (3.0, 0.4), (3.0, 3.0), (10.0, 1.0)] {
             let to = beam.clear_to(t, radius);
             assert!(to >= t && to < t + radius);
             let cell = beam.cell(t, to);
-            let axis: [f64; 3] = std::array::from_fn(|a| beam.origin[a] + t * beam.direction[a]);
+            let axis: [f64; 3] = array::from_fn(|a| beam.origin[a] + t * beam.direction[a]);
             let off: f64 = (0..3).map(|a| (f64::from(cell.centre[a]) - axis[a]).powi(2)).sum();
             for i in 0..300 {
-                let at = |a: usize| f64::from(swarm.origin[a][i]) + to * f64::from(swarm.direction[a][i]);
+                let at = |a: usize| f64::from(fan.0[i].origin[a]) + to * f64::from(fan.0[i].direction[a]);
                 let d: f64 = (0..3).map(|a| (at(a) - axis[a]).powi(2)).sum();
                 assert!(to == t || d.sqrt() <= radius * (1.0 + 1e-6), "{t} {radius}: {d} {off}");
             }

@@ -1,12 +1,25 @@
-//! What a trace writes, tile by tile.
+//! What a trace writes, tile by tile: straight into the rows of the hits that the tile covers.
 
 use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
 
-use super::swarm::{Crossing, Sink};
+use super::{
+    order::Order,
+    swarm::{Crossing, Sink},
+};
 use crate::tracer::walk::Tally;
 
-/// The part of all hits that belongs to one tile.
+/// The part of all hits that belongs to one tile: pieces of rows.
 pub struct Columns<'a, T> {
+    rows: Vec<Row<'a, T>>,
+    /// Largest threshold that decided a hit.
+    pub threshold: T,
+    /// Rays whose surface has to be refined yet.
+    pub crossings: Vec<Crossing<T>>,
+    pub work: Work,
+}
+
+/// A row's results side by side.
+struct Row<'a, T> {
     t: &'a mut [T],
     status: &'a mut [u8],
     steps: &'a mut [u32],
@@ -15,28 +28,30 @@ pub struct Columns<'a, T> {
     distance: &'a mut [T],
     witness: &'a mut [T],
     flags: &'a mut [u8],
-    /// Largest threshold that decided a hit.
-    pub threshold: T,
-    /// Rays whose surface has to be refined yet.
-    pub crossings: Vec<Crossing<T>>,
-    pub work: Work,
 }
+
+/// A result's place: which of the tile's rows, and where in it.
+pub fn place(row: usize, column: usize) -> u32 {
+    (row << ROW | column) as u32
+}
+/// Bits of the column: a piece of a row has at most 2^20 results.
+const ROW: u32 = 20;
 
 impl<T> Columns<'_, T> {
     pub fn len(&self) -> usize {
-        self.t.len()
+        self.rows.iter().map(|row| row.t.len()).sum()
     }
 }
 
 impl<T: Scalar> Sink<T> for Columns<'_, T> {
     #[inline]
-    fn end(&mut self, id: u32, status: Status, tally: &Tally<T>, threshold: T) {
-        let k = id as usize;
-        (self.t[k], self.status[k]) =
-            (if status == Status::Miss { T::INFINITY } else { tally.t }, status as u8);
-        (self.steps[k], self.fallbacks[k]) = (tally.steps, tally.fallbacks);
-        (self.multiplier[k], self.distance[k]) = (tally.multiplier(), tally.r);
-        (self.witness[k], self.flags[k]) = (tally.witness, tally.flags);
+    fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T) {
+        let (row, k) = (&mut self.rows[(place >> ROW) as usize], (place & ((1 << ROW) - 1)) as usize);
+        row.t[k] = if status == Status::Miss { T::INFINITY } else { tally.t };
+        row.status[k] = status as u8;
+        (row.steps[k], row.fallbacks[k]) = (tally.steps, tally.fallbacks);
+        (row.multiplier[k], row.distance[k]) = (tally.multiplier(), tally.r);
+        (row.witness[k], row.flags[k]) = (tally.witness, tally.flags);
         self.threshold = Real::max(self.threshold, threshold);
     }
     fn cross(&mut self, crossing: Crossing<T>) {
@@ -44,34 +59,18 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     }
 }
 
-pub fn blank<T: Scalar>(n: usize) -> Hits<T> {
-    let zero = T::of(0.0);
-    Hits {
-        t: vec![zero; n],
-        status: vec![0; n],
-        steps: vec![0; n],
-        fallbacks: vec![0; n],
-        multiplier: vec![zero; n],
-        distance: vec![zero; n],
-        witness: vec![zero; n],
-        flags: vec![0; n],
-        threshold: zero,
-        work: Work::default(),
-    }
-}
-
-/// The hits as tiles that begin at `starts`, the last of which is the number of rays.
-pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, starts: &[usize]) -> Vec<Columns<'a, T>> {
+/// The hits as the tiles of an order.
+pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order) -> Vec<Columns<'a, T>> {
     let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
-    let (mut times, mut statuses) = (Cut::new(t), Cut::new(status));
-    let (mut step_counts, mut fallback_counts) = (Cut::new(steps), Cut::new(fallbacks));
-    let (mut multipliers, mut distances) = (Cut::new(multiplier), Cut::new(distance));
-    let (mut witnesses, mut notes) = (Cut::new(witness), Cut::new(flags));
-    let size = |tile: &[usize]| tile[1] - tile[0];
-    starts
-        .windows(2)
-        .map(size)
-        .map(|n| Columns {
+    let (mut times, mut statuses) = (Cut(t), Cut(status));
+    let (mut step_counts, mut fallback_counts) = (Cut(steps), Cut(fallbacks));
+    let (mut multipliers, mut distances) = (Cut(multiplier), Cut(distance));
+    let (mut witnesses, mut notes) = (Cut(witness), Cut(flags));
+    let tile =
+        |_| Columns { rows: Vec::new(), threshold: T::of(0.0), crossings: Vec::new(), work: Work::default() };
+    let mut tiles: Vec<Columns<'a, T>> = (0..order.tiles()).map(tile).collect();
+    order.pieces(|tile, n| {
+        tiles[tile].rows.push(Row {
             t: times.take(n),
             status: statuses.take(n),
             steps: step_counts.take(n),
@@ -80,20 +79,15 @@ pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, starts: &[usize]) -> Vec<Colu
             distance: distances.take(n),
             witness: witnesses.take(n),
             flags: notes.take(n),
-            threshold: T::of(0.0),
-            crossings: Vec::new(),
-            work: Work::default(),
-        })
-        .collect()
+        });
+    });
+    tiles
 }
 
 /// A slice that is handed out from its front.
 struct Cut<'a, V>(&'a mut [V]);
 
 impl<'a, V> Cut<'a, V> {
-    fn new(all: &'a mut [V]) -> Self {
-        Self(all)
-    }
     fn take(&mut self, n: usize) -> &'a mut [V] {
         let (front, rest) = std::mem::take(&mut self.0).split_at_mut(n);
         self.0 = rest;

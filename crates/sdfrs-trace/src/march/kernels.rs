@@ -1,128 +1,174 @@
-//! The loops over a swarm's columns, a pack at a time, compiled for each instruction set.
+//! The loops over a swarm's packs, compiled for each instruction set.
 //!
 //! Law: the bits are those of a ray alone, on every instruction set (tests/laws).
+
+use std::marker::PhantomData;
 
 use sdfrs_core::{
     Real, Scalar, Status,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
-    eval::{Kernel, Lanes as Pack, Native},
+    eval::{Kernel, Lanes, Native},
+    lane::Truth,
 };
 
 use super::{
     Threshold,
-    swarm::{Crossing, Picked, Sink, Swarm, WIDEST},
+    feed::Feed,
+    swarm::{Crossing, Pack, Sink, Swarm, WIDEST},
 };
-use crate::tracer::guarded::{Bracket, Lanes, Rule, Samples, code, pick, step};
+use crate::tracer::guarded::{Bracket, Rule, Verdict, step};
 
-pub struct Jump<'a, T, S> {
+/// Rays step over what is known to be empty.
+pub struct Jump<'a, T: Native, R, S> {
     pub swarm: &'a mut Swarm<T>,
+    pub rule: PhantomData<R>,
     pub from: T,
     pub to: T,
     pub sink: &'a mut S,
 }
 
-impl<T: Native, S: Sink<T>> Kernel for Jump<'_, T, S> {
+impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
     #[inline(always)]
     fn run(self) {
-        let (w, zero) = (T::Lanes::WIDTH, T::Lanes::c(0.0));
+        let zero = T::Lanes::c(0.0);
         let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
-        for pack in 0..self.swarm.near.len() {
-            if !(self.swarm.near[pack] < self.to) {
+        let Swarm { packs, near, alive } = self.swarm;
+        for (pack, near) in packs.iter_mut().zip(near) {
+            if !(*near < self.to) {
                 continue;
             }
-            let sw = &mut *self.swarm;
-            let lanes = pack * w..(pack + 1) * w;
-            let i = pack * w;
-            let (ask, t, r) = (load(&sw.ask, i), load::<T::Lanes>(&sw.t, i), load::<T::Lanes>(&sw.r, i));
-            let (z, m) = (load::<T::Lanes>(&sw.z, i), load::<T::Lanes>(&sw.m, i));
-            let one = T::Lanes::c(1.0);
-            let asks = T::Lanes::select_lt(ask, to, one, zero);
-            let reaches = asks * T::Lanes::select_lt(t + r, from, zero, one);
-            let plain = asks - reaches;
-            pick(reaches, to, pick(plain, t + r, ask)).store(&mut sw.ask[lanes.clone()]);
-            pick(reaches, to, t).store(&mut sw.t[lanes.clone()]);
-            pick(reaches, zero, r).store(&mut sw.r[lanes.clone()]);
-            pick(reaches, zero, pick(plain, r, z)).store(&mut sw.z[lanes.clone()]);
-            pick(reaches, T::Lanes::c(-1.0), m).store(&mut sw.m[lanes.clone()]);
-            let ends = T::Lanes::load(&sw.t_max[lanes.clone()]);
-            // Some ray may have passed everything; a negative `to` is rare enough to be looked at as well.
-            if T::Lanes::any_lt(ends, to + to.abs() * T::Lanes::splat(T::EPS)) || self.to <= T::of(0.0) {
-                for lane in lanes.clone() {
-                    if self.swarm.ask[lane] >= self.swarm.t_max[lane] && self.swarm.ask[lane] == self.to {
-                        self.swarm.pass(lane, self.sink);
-                    }
-                }
+            let (ask, t_max) = (pack.rays.t, pack.rays.t_max);
+            let s = &mut pack.state;
+            let asks = T::Lanes::lt(ask, to);
+            let reaches = asks & !T::Lanes::lt(s.t + s.r, from);
+            let plain = asks & !reaches;
+            let ask = T::Lanes::pick(reaches, to, T::Lanes::pick(plain, s.t + s.r, ask));
+            s.z = T::Lanes::pick(reaches, zero, T::Lanes::pick(plain, s.r, s.z));
+            s.t = T::Lanes::pick(reaches, to, s.t);
+            s.r = T::Lanes::pick(reaches, zero, s.r);
+            s.m = T::Lanes::pick(reaches, T::Lanes::c(-1.0), s.m);
+            pack.rays.t = ask;
+            let passed = reaches & !T::Lanes::lt(to, t_max);
+            if passed.any() {
+                *alive -= pass::<T, R>(pack, passed.bits(), self.sink);
             }
-            let sw = &mut *self.swarm;
-            sw.near[pack] = least(T::Lanes::load(&sw.ask[lanes]));
+            *near = least(pack.rays.t);
         }
     }
 }
 
-pub struct Points<'a, T> {
+/// Rays that have passed everything, by a bit a lane; their number.
+#[inline(never)]
+fn pass<T: Native, R: Rule<T::Lanes>>(
+    pack: &mut Pack<T::Lanes>,
+    passed: u32,
+    sink: &mut impl Sink<T>,
+) -> usize {
+    for lane in lanes(passed) {
+        let mut tally = pack.tally::<R>(lane);
+        tally.r = T::INFINITY;
+        sink.end(pack.place[lane], Status::Miss, &tally, T::of(0.0));
+        pack.rays.t.set(lane, T::INFINITY);
+    }
+    passed.count_ones() as usize
+}
+
+/// The lanes whose bits are set.
+#[inline(always)]
+fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros();
+        bits &= bits.wrapping_sub(1);
+        (lane < u32::BITS).then_some(lane as usize)
+    })
+}
+
+/// Where the rays want the field.
+pub struct Points<'a, T: Native> {
     pub swarm: &'a Swarm<T>,
-    pub picked: &'a Picked,
+    pub picked: &'a [u32],
     pub p: &'a mut [Vec<T>; 3],
 }
 
 impl<T: Native> Kernel for Points<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let (s, w) = (self.swarm, T::Lanes::WIDTH);
-        for (j, &pack) in self.picked.packs.iter().enumerate() {
-            let (i, j) = (pack as usize * w, j * w);
-            let t = T::Lanes::load(&s.ask[i..i + w]);
-            for a in 0..3 {
-                let (o, d) =
-                    (T::Lanes::load(&s.origin[a][i..i + w]), T::Lanes::load(&s.direction[a][i..i + w]));
-                (o + t * d).store(&mut self.p[a][j..j + w]);
-            }
+        let w = T::Lanes::WIDTH;
+        let [x, y, z] = self.p;
+        let columns = x.chunks_exact_mut(w).zip(y.chunks_exact_mut(w)).zip(z.chunks_exact_mut(w));
+        for (&pack, ((x, y), z)) in self.picked.iter().zip(columns) {
+            let rays = &self.swarm.packs[pack as usize].rays;
+            let ([ox, oy, oz], [dx, dy, dz], t) = (rays.origin, rays.direction, rays.t);
+            (ox + t * dx).store(x);
+            (oy + t * dy).store(y);
+            (oz + t * dz).store(z);
         }
     }
 }
 
-pub struct Step<'a, T: Native, R, S> {
+/// Rays take a sample in.
+pub struct Step<'a, 'b, T: Native, R, S> {
     pub swarm: &'a mut Swarm<T>,
     pub rule: R,
     pub limit: &'a Threshold<T>,
     pub max_steps: u32,
-    pub picked: &'a Picked,
+    pub picked: &'a [u32],
     pub p: &'a [Vec<T>; 3],
     pub r: &'a [T],
     pub until: T,
+    pub feed: &'a mut Feed<'b, T>,
     pub sink: &'a mut S,
 }
 
-impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, T, R, S> {
+impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> {
     #[inline(always)]
-    fn run(mut self) {
-        for j in 0..self.picked.packs.len() {
-            self.pack(j);
+    fn run(self) {
+        let w = T::Lanes::WIDTH;
+        let [x, y, z] = self.p;
+        let columns =
+            x.chunks_exact(w).zip(y.chunks_exact(w)).zip(z.chunks_exact(w)).zip(self.r.chunks_exact(w));
+        let mut ends =
+            Ends { limit: self.limit, max_steps: self.max_steps, feed: self.feed, sink: self.sink, ended: 0 };
+        let Swarm { packs, near, alive } = self.swarm;
+        for (&number, (((x, y), z), r)) in self.picked.iter().zip(columns) {
+            let pack = &mut packs[number as usize];
+            let p = [T::Lanes::load(x), T::Lanes::load(y), T::Lanes::load(z)];
+            let samples = self.limit.sample(pack.rays.t, p, T::Lanes::load(r));
+            let on = T::Lanes::lt(samples.t, T::Lanes::splat(self.until));
+            let t_max = pack.rays.t_max;
+            let verdict = step(self.rule, &mut pack.state, &samples, t_max, on);
+            verdict.accepted.count(&mut pack.accepted);
+            if R::LONGER {
+                verdict.fallback.count(&mut pack.fallbacks);
+            }
+            on.count(&mut pack.steps);
+            let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
+            let length = if R::LONGER { pack.state.z } else { pack.state.r };
+            pack.rays.t = T::Lanes::pick(on, (pack.state.t + length).min(t_max), samples.t);
+            let Verdict { invalid, crossed, hit, far, .. } = verdict;
+            let ended = invalid | crossed | hit | far | spent;
+            if ended.any() {
+                let mut code = T::Lanes::pick(far, T::Lanes::c(code::MISS), T::Lanes::c(code::SPENT));
+                code = T::Lanes::pick(hit, T::Lanes::c(code::HIT), code);
+                code = T::Lanes::pick(crossed, T::Lanes::c(code::CROSSED), code);
+                code = T::Lanes::pick(invalid, T::Lanes::c(code::INVALID), code);
+                // A copy of its own: what another function sees has to lie in memory.
+                let last = Last { t: samples.t, r: samples.r, e: samples.e, code };
+                ends.pack::<R>(pack, &last, ended.bits());
+            }
         }
-    }
-}
-
-/// The pack that begins at a lane. No closure: one that isn't inlined is compiled for the baseline.
-#[inline(always)]
-fn load<P: Pack>(column: &[P::S], lane: usize) -> P {
-    P::load(&column[lane..lane + P::WIDTH])
-}
-
-/// Adds the truth values of a pack to counts.
-#[inline(always)]
-fn count<P: Pack>(counts: &mut [u32], truth: P) {
-    let mut flags = [P::S::of(0.0); WIDEST];
-    truth.store(&mut flags);
-    let half = P::S::of(0.5);
-    for (n, flag) in counts.iter_mut().zip(&flags) {
-        *n += u32::from(half < *flag);
+        // Not above: a sum over the lanes there would take the packs of the whole loop apart.
+        for &number in self.picked {
+            near[number as usize] = least(packs[number as usize].rays.t);
+        }
+        *alive -= ends.ended;
     }
 }
 
 /// Least lane, by halves: a chain of sixteen comparisons would take as long as the step itself.
 #[inline(always)]
-pub fn least<P: Pack>(pack: P) -> P::S {
-    let mut lanes = [P::S::INFINITY; WIDEST];
+pub fn least<L: Lanes>(pack: L) -> L::S {
+    let mut lanes = [L::S::INFINITY; WIDEST];
     pack.store(&mut lanes);
     let mut half = WIDEST / 2;
     while half > 0 {
@@ -134,92 +180,64 @@ pub fn least<P: Pack>(pack: P) -> P::S {
     lanes[0]
 }
 
-impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
-    #[inline(always)]
-    fn pack(&mut self, j: usize) {
-        let w = T::Lanes::WIDTH;
-        let (i, j) = (self.picked.packs[j] as usize * w, j * w);
-        let sw = &mut *self.swarm;
-        let (t, t_max) = (load::<T::Lanes>(&sw.ask, i), load::<T::Lanes>(&sw.t_max, i));
-        let near = T::Lanes::select_lt(t, T::Lanes::splat(self.until), T::Lanes::c(1.0), T::Lanes::c(0.0));
-        let on = load::<T::Lanes>(&sw.live, i) * near;
-        let [x, y, z] = self.p;
-        let (x, y, z): (T::Lanes, T::Lanes, T::Lanes) = (load(x, j), load(y, j), load(z, j));
-        let scale = t.abs().max(x.abs()).max(y.abs()).max(z.abs());
-        let asked = T::Lanes::splat(self.limit.eps).max(T::Lanes::splat(self.limit.cone) * t);
-        let e = asked.max(T::Lanes::c(4.0) * T::Lanes::splat(T::EPS) * scale);
-        let samples = Samples { t, r: load(self.r, j), e, scale };
-        let mut lanes = Lanes {
-            t: load::<T::Lanes>(&sw.t, i),
-            r: load::<T::Lanes>(&sw.r, i),
-            z: load::<T::Lanes>(&sw.z, i),
-            m: load::<T::Lanes>(&sw.m, i),
-            ratios: load::<T::Lanes>(&sw.ratios, i),
-            witness: load::<T::Lanes>(&sw.witness, i),
-        };
-        let verdict = step(self.rule, &mut lanes, &samples, t_max, on);
-        // One by one: an array of packs would live in memory.
-        lanes.t.store(&mut sw.t[i..i + w]);
-        lanes.r.store(&mut sw.r[i..i + w]);
-        lanes.z.store(&mut sw.z[i..i + w]);
-        lanes.m.store(&mut sw.m[i..i + w]);
-        lanes.ratios.store(&mut sw.ratios[i..i + w]);
-        lanes.witness.store(&mut sw.witness[i..i + w]);
-        count(&mut sw.accepted[i..i + w], verdict.accepted);
-        count(&mut sw.fallbacks[i..i + w], verdict.fallback);
-        let steps = &mut sw.steps[i..i + w];
-        count(steps, on);
-        let mut spent = false;
-        for n in steps.iter() {
-            spent |= *n >= self.max_steps;
-        }
-        if spent || T::Lanes::any_lt(T::Lanes::c(0.5), verdict.code) {
-            self.ends(i, j, on, verdict.code);
-        }
-        // Rays that ended ask nowhere.
-        let sw = &mut *self.swarm;
-        let half = T::Lanes::c(0.5);
-        let next = T::Lanes::select_lt(half, on, (lanes.t + lanes.z).min(t_max), t);
-        let live = T::Lanes::load(&sw.live[i..i + w]);
-        let ask = T::Lanes::select_lt(half, live, next, T::Lanes::splat(T::INFINITY));
-        ask.store(&mut sw.ask[i..i + w]);
-        sw.near[i / w] = least(ask);
-    }
+/// Samples with which rays of a pack end, and how.
+struct Last<L> {
+    t: L,
+    r: L,
+    e: L,
+    code: L,
+}
 
-    /// Rays of a pack that end here, lane by lane.
+/// Where rays end, and others begin.
+struct Ends<'a, 'b, T: Native, S> {
+    limit: &'a Threshold<T>,
+    max_steps: u32,
+    feed: &'a mut Feed<'b, T>,
+    sink: &'a mut S,
+    ended: usize,
+}
+
+impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
+    /// Rays of a pack that end here, by a bit a lane, and how.
     #[inline(never)]
-    fn ends(&mut self, i: usize, j: usize, on: T::Lanes, ends: T::Lanes) {
-        let half = T::of(0.5);
-        let [mut ons, mut codes] = [[T::of(0.0); WIDEST]; 2];
-        on.store(&mut ons);
-        ends.store(&mut codes);
-        for l in 0..T::Lanes::WIDTH {
-            let (lane, code) = (i + l, codes[l].f64());
-            if half < ons[l] && (code != 0.0 || self.swarm.steps[lane] >= self.max_steps) {
-                let (t, r) = (self.swarm.ask[lane], self.r[j + l]);
-                let scale = self.p.iter().fold(t.abs(), |s, p| s.max(p[j + l].abs()));
-                let asked = self.limit.eps.max(self.limit.cone * t);
-                let e = asked.max(T::of(4.0) * T::EPS * scale);
-                self.end(lane, code, (t, r), (e, asked));
+    fn pack<R: Rule<T::Lanes>>(&mut self, pack: &mut Pack<T::Lanes>, last: &Last<T::Lanes>, ended: u32) {
+        for lane in lanes(ended) {
+            let (t, r, e) = (last.t.lane(lane), last.r.lane(lane), last.e.lane(lane));
+            self.end::<R>(pack, lane, (t, r, e), last.code.lane(lane).f64());
+            if !self.feed.next(|bundle, which, place| pack.enter::<R>(lane, bundle, which, place)) {
+                pack.rays.t.set(lane, T::INFINITY);
+                self.ended += 1;
             }
         }
     }
 
-    fn end(&mut self, lane: usize, code: f64, (t, r): (T, T), (e, asked): (T, T)) {
-        let sw = &mut *self.swarm;
-        sw.live[lane] = T::of(0.0);
-        sw.alive -= 1;
-        let id = sw.id[lane];
-        let mut tally = sw.tally(lane, 0);
+    #[inline]
+    fn end<R: Rule<T::Lanes>>(
+        &mut self,
+        pack: &Pack<T::Lanes>,
+        lane: usize,
+        (t, r, e): (T, T, T),
+        code: f64,
+    ) {
+        let mut tally = pack.tally::<R>(lane);
+        let place = pack.place[lane];
         let mut hit = T::of(0.0);
         let status = match code {
             code::HIT => {
-                tally.flags =
-                    if r > asked { FLAG_PRECISION } else { 0 } | if r < -e { FLAG_INSIDE } else { 0 };
+                let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
+                tally.flags = limited | if r < -e { FLAG_INSIDE } else { 0 };
                 hit = e;
                 Status::Hit
             }
             code::MISS => Status::Miss,
+            code::CROSSED => {
+                let origin = pack.rays.origin.each_ref().map(|v| v.lane(lane));
+                let direction = pack.rays.direction.each_ref().map(|v| v.lane(lane));
+                (tally.flags, tally.max_steps) = (FLAG_CROSSING, self.max_steps);
+                let bracket = Bracket::new(tally.t, tally.r, t, r, e);
+                self.sink.cross(Crossing { origin, direction, bracket, tally, e, place });
+                return;
+            }
             code::INVALID => {
                 // Only a first sample is where the ray stands.
                 if tally.t == t {
@@ -227,17 +245,17 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Step<'_, T, R, S> {
                 }
                 Status::Invalid
             }
-            code::CROSSED => {
-                let origin = std::array::from_fn(|a| sw.origin[a][lane]);
-                let direction = std::array::from_fn(|a| sw.direction[a][lane]);
-                tally.flags = FLAG_CROSSING;
-                tally.max_steps = self.max_steps;
-                let bracket = Bracket::new(tally.t, tally.r, t, r, e);
-                self.sink.cross(Crossing { origin, direction, bracket, tally, e, id });
-                return;
-            }
             _ => Status::OutOfSteps,
         };
-        self.sink.end(id, status, &tally, hit);
+        self.sink.end(place, status, &tally, hit);
     }
+}
+
+/// Ends of a walk as numbers that fit into lanes; where several hold, the last one counts.
+mod code {
+    pub const SPENT: f64 = 0.0;
+    pub const MISS: f64 = 1.0;
+    pub const HIT: f64 = 2.0;
+    pub const CROSSED: f64 = 3.0;
+    pub const INVALID: f64 = 4.0;
 }

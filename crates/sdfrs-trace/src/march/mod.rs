@@ -9,6 +9,7 @@
 mod beam;
 mod cells;
 mod columns;
+mod feed;
 mod kernels;
 mod order;
 mod refine;
@@ -22,7 +23,7 @@ use rayon::prelude::*;
 use sdfrs_core::{
     Control, Field, Hits, Limits, Prune, Rays, Real, Scalar,
     contract::{Work, check_spans},
-    eval::Native,
+    eval::{Lanes, Native},
     pool,
 };
 
@@ -30,19 +31,26 @@ use crate::{
     error::TraceError,
     tracer::{
         Form, SearchForm, Tracer, auto_relaxed, basic, binary_search, coverage_search, enhanced,
-        guarded::Rule, relaxed, retry::Listing, split, walk::Walk,
+        guarded::{Rule, Samples},
+        relaxed,
+        retry::Listing,
+        split,
+        walk::Walk,
     },
 };
 use columns::Columns;
+pub use feed::{Bundle, Wanted};
 use order::Order;
+pub use order::squares;
+pub use swarm::WIDEST;
 use worker::Worker;
 
 /// Rays that step together.
 pub const TILE: usize = 1024;
 /// Operations from which on automatic pruning steps over empty cells, or shortens programs; and operations
 /// times rays: few rays fill cells badly, and small programs gain less than a probe costs.
-const WORTH_SKIPPING: (u64, u64) = (64, 12_000_000);
-const WORTH_SHORTENING: (u64, u64) = (150, 20_000_000);
+const WORTH_SKIPPING: (u64, u64) = (20, 5_000_000);
+const WORTH_SHORTENING: (u64, u64) = (150, 10_000_000);
 
 /// One ray, direction of unit length.
 #[derive(Debug, Clone, Copy)]
@@ -54,20 +62,26 @@ pub struct Ray<T> {
 }
 
 /// Where rays come from: a batch, or a camera that makes them as they are needed.
-pub trait Source<T>: Sync {
+pub trait Source<T: Native>: Sync {
     fn count(&self) -> usize;
     fn ray(&self, i: usize) -> Ray<T>;
     /// Rays of a row, where they are a picture row by row.
     fn width(&self) -> Option<usize> {
         None
     }
-    /// The ray at a place of the picture.
-    fn at(&self, x: usize, y: usize) -> Ray<T> {
-        self.ray(y * self.width().unwrap_or(0) + x)
+    /// A pack of rays, by their columns and rows (row 0 where there is no picture); lanes beyond are as the
+    /// last one.
+    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<T::Lanes>) {
+        let width = self.width().unwrap_or(0);
+        for lane in 0..T::Lanes::WIDTH {
+            if let Some(w) = wanted.get(lane).or(wanted.last()) {
+                to.set(lane, &self.ray(w.y as usize * width + w.x as usize));
+            }
+        }
     }
 }
 
-impl<T: Scalar> Source<T> for Rays<'_, T> {
+impl<T: Native> Source<T> for Rays<'_, T> {
     fn count(&self) -> usize {
         self.origins.len()
     }
@@ -150,6 +164,22 @@ pub struct Threshold<T> {
     cone: T,
 }
 
+impl<T: Scalar> Threshold<T> {
+    /// What was asked for at `t`.
+    #[inline(always)]
+    pub fn asked<R: Real<S = T>>(&self, t: R) -> R {
+        R::splat(self.eps).max(R::splat(self.cone) * t)
+    }
+
+    /// A sample at a point, and its threshold: never below 4 ulp of the sample's numbers.
+    #[inline(always)]
+    pub fn sample<R: Real<S = T>>(&self, t: R, p: [R; 3], r: R) -> Samples<R> {
+        let scale = t.abs().max(p[0].abs()).max(p[1].abs()).max(p[2].abs());
+        let e = self.asked(t).max(R::c(4.0) * R::splat(T::EPS) * scale);
+        Samples { t, r, e, scale }
+    }
+}
+
 impl<T: Native> Job<'_, T> {
     fn threshold(&self) -> Threshold<T> {
         Threshold { eps: T::of(self.limits.eps), cone: T::of(self.limits.cone) }
@@ -174,17 +204,18 @@ impl<T: Native> Job<'_, T> {
         let memory = || Worker::new(prune == Prune::Skip, &self.threshold());
         let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
         let Some(pruner) = pruner else {
-            let starts = self.in_line();
-            let run = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| {
-                worker.tile(self, rule, starts[tile], out)
+            // The last rays of a tile leave lanes empty: large tiles waste fewer, small ones keep all threads busy.
+            let size = (self.rays.count() / 32).next_multiple_of(TILE).clamp(TILE, 16 * TILE);
+            let order = Order::in_line(self.rays, size);
+            let tile = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| {
+                worker.tile(self, rule, (&order, tile), out);
             };
-            return Ok(self.tiles(&starts, memory, run)?.0);
+            return Ok(self.tiles(&order, memory, tile)?.0);
         };
-        let order = Order::new(self.rays);
-        let (mut hits, workers) = self.tiles(order.starts(), memory, |worker, block, out| {
+        let order = Order::in_blocks(self.rays);
+        let (mut hits, workers) = self.tiles(&order, memory, |worker, block, out| {
             worker.block(self, pruner, rule, (&order, block), out);
         })?;
-        order.restore(&mut hits);
         hits.work.prune = prune;
         hits.work.arena_bytes = workers.iter().map(Worker::arena_bytes).sum();
         Ok(hits)
@@ -192,29 +223,23 @@ impl<T: Native> Job<'_, T> {
 
     /// Any other walk.
     fn walks<W: Walk<T>>(&self, walk: &W) -> Result<Hits<T>, TraceError> {
-        let starts = self.in_line();
+        let order = Order::in_line(self.rays, TILE);
         let run = |wave: &mut wave::Wave<T, W>, tile: usize, out: &mut Columns<T>| {
-            wave.tile(self, walk, starts[tile], out)
+            wave.tile(self, walk, tile * TILE, out)
         };
-        Ok(self.tiles(&starts, wave::Wave::new, run)?.0)
-    }
-
-    /// Tiles of consecutive rays.
-    fn in_line(&self) -> Vec<usize> {
-        let n = self.rays.count();
-        (0..n).step_by(TILE).chain([n]).collect()
+        Ok(self.tiles(&order, wave::Wave::new, run)?.0)
     }
 
     /// Runs tiles of rays on the pool. A tile takes a memory that no other uses; there are as many as threads.
     fn tiles<M: Send>(
         &self,
-        starts: &[usize],
+        order: &Order,
         memory: impl Fn() -> M + Send + Sync,
         run: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
     ) -> Result<(Hits<T>, Vec<M>), TraceError> {
         let memories = Mutex::new(Vec::new());
-        let mut hits = columns::blank::<T>(self.rays.count());
-        let mut tiles = columns::split(&mut hits, starts);
+        let mut hits = Hits::<T>::blank(self.rays.count());
+        let mut tiles = columns::split(&mut hits, order);
         let work = || {
             tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
                 if !self.control.is_cancelled() {
@@ -235,7 +260,9 @@ impl<T: Native> Job<'_, T> {
             threshold = Real::max(threshold, out.threshold);
             work.join(&out.work);
         }
+        drop(tiles);
         (hits.threshold, hits.work) = (threshold, work);
+        order.restore(&mut hits);
         Ok((hits, memories.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
 }

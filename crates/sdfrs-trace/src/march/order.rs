@@ -1,10 +1,10 @@
-//! Which rays step together where programs are shortened place by place: square blocks of a picture, or
-//! rays sorted by where they start and where they go.
+//! Which rays step together: tiles in line, square blocks of a picture, or rays sorted by where they start
+//! and where they go.
 
 use rayon::prelude::*;
-use sdfrs_core::{Hits, Scalar};
+use sdfrs_core::{Hits, eval::Native};
 
-use super::Source;
+use super::{Source, columns::place, feed::Wanted};
 
 /// Rays along a side of a block that shares one coarse program, of a group that shares a fine one, and of
 /// a patch that shares a pack.
@@ -12,101 +12,143 @@ const BLOCK: usize = 64;
 const GROUP: usize = 16;
 const PATCH: usize = 4;
 
-/// Rays in blocks, blocks in groups.
+/// Rays in tiles.
 pub struct Order {
+    count: usize,
     kind: Kind,
-    /// Where each block begins among all; one more than there are blocks.
-    starts: Vec<usize>,
 }
 
 enum Kind {
-    Picture { width: usize, height: usize },
+    /// Rays one after the other, so many a tile; rows are so wide.
+    Line { size: usize, width: usize },
+    /// Blocks of a picture.
+    Blocks { width: usize, height: usize },
+    /// Blocks of rays, by number.
     Sorted(Vec<u32>),
 }
 
 impl Order {
-    pub fn new<T: Scalar>(rays: &dyn Source<T>) -> Self {
-        let n = rays.count();
-        let Some(width) = rays.width() else {
-            let starts = (0..n).step_by(BLOCK * BLOCK).chain([n]).collect();
-            return Self { kind: Kind::Sorted(sorted(rays)), starts };
+    pub fn in_line<T: Native>(rays: &dyn Source<T>, size: usize) -> Self {
+        let count = rays.count();
+        Self { count, kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) } }
+    }
+
+    /// Rays in blocks, blocks in groups.
+    pub fn in_blocks<T: Native>(rays: &dyn Source<T>) -> Self {
+        let count = rays.count();
+        let kind = match rays.width() {
+            Some(width) => Kind::Blocks { width, height: count / width },
+            None => Kind::Sorted(sorted(rays)),
         };
-        let height = n / width;
-        let mut starts = vec![0];
-        for y in (0..height).step_by(BLOCK) {
-            for x in (0..width).step_by(BLOCK) {
-                let size = BLOCK.min(width - x) * BLOCK.min(height - y);
-                starts.push(starts[starts.len() - 1] + size);
-            }
-        }
-        Self { kind: Kind::Picture { width, height }, starts }
+        Self { count, kind }
     }
 
-    pub fn starts(&self) -> &[usize] {
-        &self.starts
-    }
-
-    /// Calls `take(group, x, y)` for the rays of a block in order, group by group; the ray's number is
-    /// `y * width + x`.
-    pub fn each(&self, block: usize, mut take: impl FnMut(usize, usize, usize)) {
+    pub fn tiles(&self) -> usize {
         match &self.kind {
-            Kind::Sorted(order) => {
-                let rays = &order[self.starts[block]..self.starts[block + 1]];
-                rays.iter().enumerate().for_each(|(i, ray)| take(i / (GROUP * GROUP), *ray as usize, 0));
-            }
-            Kind::Picture { width, height } => {
+            Kind::Line { size, .. } => self.count.div_ceil(*size),
+            Kind::Blocks { width, height } => width.div_ceil(BLOCK) * height.div_ceil(BLOCK),
+            Kind::Sorted(_) => self.count.div_ceil(BLOCK * BLOCK),
+        }
+    }
+
+    /// Calls `take(tile, n)` for the next `n` results, from the first to the last.
+    pub fn pieces(&self, mut take: impl FnMut(usize, usize)) {
+        let size = match &self.kind {
+            Kind::Line { size, .. } => *size,
+            Kind::Sorted(_) => BLOCK * BLOCK,
+            Kind::Blocks { width, height } => {
                 let across = width.div_ceil(BLOCK);
-                let (x0, y0) = (block % across * BLOCK, block / across * BLOCK);
-                let (x1, y1) = ((x0 + BLOCK).min(*width), (y0 + BLOCK).min(*height));
-                let mut group = 0;
-                for gy in (y0..y1).step_by(GROUP) {
-                    for gx in (x0..x1).step_by(GROUP) {
-                        let (end_x, end_y) = ((gx + GROUP).min(x1), (gy + GROUP).min(y1));
-                        for py in (gy..end_y).step_by(PATCH) {
-                            for px in (gx..end_x).step_by(PATCH) {
-                                for y in py..(py + PATCH).min(end_y) {
-                                    for x in px..(px + PATCH).min(end_x) {
-                                        take(group, x, y);
-                                    }
-                                }
-                            }
-                        }
-                        group += 1;
+                for y in 0..*height {
+                    for x in 0..across {
+                        take(y / BLOCK * across + x, BLOCK.min(width - x * BLOCK));
                     }
                 }
+                return;
+            }
+        };
+        for first in (0..self.count).step_by(size) {
+            take(first / size, size.min(self.count - first));
+        }
+    }
+
+    /// The rays of a tile in the order of their walks, and where each group of a block ends.
+    pub fn tile(&self, tile: usize, rays: &mut Vec<Wanted>, groups: &mut Vec<usize>) {
+        rays.clear();
+        groups.clear();
+        match &self.kind {
+            Kind::Line { size, width } => {
+                let first = tile * size;
+                let (mut x, mut y) = (first % width, first / width);
+                for i in 0..*(size.min(&(self.count - first))) {
+                    rays.push(Wanted { x: x as u32, y: y as u32, place: place(0, i) });
+                    x += 1;
+                    if x == *width {
+                        (x, y) = (0, y + 1);
+                    }
+                }
+                groups.push(rays.len());
+            }
+            Kind::Sorted(order) => {
+                let first = tile * BLOCK * BLOCK;
+                let ids = order[first..].iter().take(BLOCK * BLOCK).enumerate();
+                rays.extend(ids.map(|(i, ray)| Wanted { x: *ray, y: 0, place: place(0, i) }));
+                groups.extend((GROUP * GROUP..rays.len()).step_by(GROUP * GROUP));
+                groups.push(rays.len());
+            }
+            Kind::Blocks { width, height } => {
+                let across = width.div_ceil(BLOCK);
+                let corner = [tile % across * BLOCK, tile / across * BLOCK];
+                let end = [(corner[0] + BLOCK).min(*width), (corner[1] + BLOCK).min(*height)];
+                squares(corner, end, [GROUP; 2], |from, to| {
+                    squares(from, to, [PATCH; 2], |from, to| {
+                        squares(from, to, [1; 2], |[x, y], _| {
+                            let place = place(y - corner[1], x - corner[0]);
+                            rays.push(Wanted { x: x as u32, y: y as u32, place });
+                        });
+                    });
+                    groups.push(rays.len());
+                });
             }
         }
     }
 
-    /// Puts what was found block by block into the order of the rays.
-    pub fn restore<T: Scalar>(&self, hits: &mut Hits<T>) {
+    /// Puts the results of sorted rays into the order of the rays.
+    pub fn restore<T: Native>(&self, hits: &mut Hits<T>) {
+        let Kind::Sorted(order) = &self.kind else { return };
         let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
         let (values, counts, bytes) =
             ([t, multiplier, distance, witness], [steps, fallbacks], [status, flags]);
-        values.into_par_iter().for_each(|column| self.column(column));
-        counts.into_par_iter().for_each(|column| self.column(column));
-        bytes.into_par_iter().for_each(|column| self.column(column));
+        values.into_par_iter().for_each(|column| unsort(column, order));
+        counts.into_par_iter().for_each(|column| unsort(column, order));
+        bytes.into_par_iter().for_each(|column| unsort(column, order));
     }
+}
 
-    fn column<V: Copy + Default>(&self, column: &mut Vec<V>) {
-        let from = std::mem::take(column);
-        column.resize(from.len(), V::default());
-        let width = match self.kind {
-            Kind::Picture { width, .. } => width,
-            Kind::Sorted(_) => 0,
-        };
-        for block in 0..self.starts.len() - 1 {
-            let mut at = self.starts[block];
-            self.each(block, |_, x, y| {
-                column[y * width + x] = from[at];
-                at += 1;
-            });
+/// The squares of a rectangle, or rectangles of another kind, row by row: their corners.
+#[inline]
+pub fn squares(
+    from: [usize; 2],
+    to: [usize; 2],
+    side: [usize; 2],
+    mut take: impl FnMut([usize; 2], [usize; 2]),
+) {
+    for y in (from[1]..to[1]).step_by(side[1]) {
+        for x in (from[0]..to[0]).step_by(side[0]) {
+            take([x, y], [(x + side[0]).min(to[0]), (y + side[1]).min(to[1])]);
         }
     }
 }
 
+fn unsort<V: Copy + Default>(column: &mut Vec<V>, order: &[u32]) {
+    let from = std::mem::take(column);
+    column.resize(from.len(), V::default());
+    for (ray, v) in order.iter().zip(from) {
+        column[*ray as usize] = v;
+    }
+}
+
 /// Rays along a space-filling curve through their directions and origins.
-fn sorted<T: Scalar>(rays: &dyn Source<T>) -> Vec<u32> {
+fn sorted<T: Native>(rays: &dyn Source<T>) -> Vec<u32> {
     let n = rays.count();
     let (mut lo, mut hi) = ([f64::INFINITY; 6], [f64::NEG_INFINITY; 6]);
     let numbers = |i: usize| {

@@ -2,7 +2,7 @@
 //!
 //! A field steeper than declared is reported, not trusted: the hit lies in front of the crossing.
 
-use sdfrs_core::{Field, Real, Scratch, Status, eval::Native};
+use sdfrs_core::{Field, Scratch, Status, eval::Native};
 
 use super::{
     Threshold,
@@ -22,7 +22,7 @@ pub fn refine<T: Native>(
         let guess = c.bracket.guess().filter(|_| narrowed && !c.tally.spent());
         if guess.is_none() {
             (c.tally.t, c.tally.r) = c.bracket.outer();
-            sink.end(c.id, Status::Hit, &c.tally, c.e);
+            sink.end(c.place, Status::Hit, &c.tally, c.e);
         }
         guess
     };
@@ -41,9 +41,7 @@ pub fn refine<T: Native>(
         let mut next = Vec::new();
         let mut i = 0;
         crossings.retain_mut(|c| {
-            let scale = p.iter().fold(asks[i].abs(), |s, p| Real::max(s, p[i].abs()));
-            let asked = Real::max(limit.eps, limit.cone * asks[i]);
-            c.e = Real::max(asked, T::of(4.0) * T::EPS * scale);
+            c.e = limit.sample(asks[i], p.each_ref().map(|p| p[i]), r[i]).e;
             c.tally.steps += 1;
             let narrowed = c.bracket.narrow(asks[i], r[i], c.e);
             i += 1;

@@ -1,51 +1,112 @@
-//! Rays that step together, as columns of numbers that a pack at a time goes through.
+//! Rays that step together, a pack of lanes at a time.
 //!
-//! A finished ray stays in its lane, switched off, until a quarter of the lanes are: then the others
-//! move up. Law: a ray's result depends on nothing but the ray (tests/laws, any tile, any thread count).
+//! All that is known of a pack's rays lies side by side, so that a step reads one place and not twenty. A
+//! finished ray leaves its lane to the next in the queue; when none waits, and a quarter of the lanes is
+//! free, the last rays move into the gaps. Law: a ray's result depends on nothing but the ray (tests/laws,
+//! any tile, any thread count).
 
 use sdfrs_core::{
-    Status,
-    eval::{Lanes as Pack, Native, vectorise},
+    Scalar, Status,
+    eval::{Lanes, Native, vectorise},
 };
 
 use super::{
-    Ray, Threshold,
+    Threshold,
+    feed::{Bundle, Feed},
     kernels::{Jump, Points, Step, least},
 };
 use crate::tracer::{
-    guarded::{Bracket, Rule},
+    guarded::{Bracket, Rule, State},
     walk::Tally,
 };
 
 /// Widest pack of any scalar.
 pub const WIDEST: usize = 16;
 
-/// The columns; all have one length, a multiple of the pack's width.
-#[derive(Default)]
-pub struct Swarm<T> {
-    pub origin: [Vec<T>; 3],
-    pub direction: [Vec<T>; 3],
-    pub t_max: Vec<T>,
-    /// Where the field is wanted next.
-    pub ask: Vec<T>,
-    pub(super) t: Vec<T>,
-    pub(super) r: Vec<T>,
-    pub(super) z: Vec<T>,
-    pub(super) m: Vec<T>,
-    pub(super) ratios: Vec<T>,
-    pub(super) witness: Vec<T>,
-    /// 1 for a ray under way, 0 for an empty lane.
-    pub(super) live: Vec<T>,
-    /// The nearest sample asked for in each pack.
-    pub(super) near: Vec<T>,
-    pub(super) steps: Vec<u32>,
-    pub(super) fallbacks: Vec<u32>,
-    pub(super) accepted: Vec<u32>,
-    /// The ray's number within the tile.
-    pub(super) id: Vec<u32>,
-    pub(super) alive: usize,
-    /// Lanes to keep, while ranks are closed.
-    keep: Vec<u32>,
+/// A pack of rays. A lane that asks for a sample at infinity is free.
+#[derive(Clone)]
+pub struct Pack<L> {
+    /// The rays; their `t` is where the field is wanted next.
+    pub rays: Bundle<L>,
+    pub state: State<L>,
+    pub steps: [u32; WIDEST],
+    pub fallbacks: [u32; WIDEST],
+    pub accepted: [u32; WIDEST],
+    /// Where the result goes.
+    pub place: [u32; WIDEST],
+}
+
+impl<L: Lanes> Pack<L> {
+    /// Rays at their starts.
+    fn start(rays: Bundle<L>, place: [u32; WIDEST]) -> Self {
+        let none = [0; WIDEST];
+        let state = State::start(rays.t);
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place }
+    }
+
+    fn is_free(&self, lane: usize) -> bool {
+        self.rays.t.lane(lane) == L::S::INFINITY
+    }
+
+    fn free(&mut self, lane: usize) {
+        self.rays.t.set(lane, L::S::INFINITY);
+    }
+
+    /// A new ray in a lane.
+    #[inline]
+    pub fn enter<R: Rule<L>>(&mut self, lane: usize, from: &Bundle<L>, which: usize, place: u32) {
+        self.rays.take(lane, from, which);
+        let (zero, state) = (L::S::of(0.0), &mut self.state);
+        state.t.set(lane, from.t.lane(which));
+        state.r.set(lane, zero);
+        state.witness.set(lane, zero);
+        // Other rules never look at these.
+        if R::LONGER {
+            state.z.set(lane, zero);
+            state.m.set(lane, L::S::of(-1.0));
+            state.ratios.set(lane, zero);
+            self.fallbacks[lane] = 0;
+        }
+        (self.steps[lane], self.accepted[lane], self.place[lane]) = (0, 0, place);
+    }
+
+    /// Another pack's ray goes on in a lane of this one.
+    fn adopt(&mut self, lane: usize, from: &Self, which: usize) {
+        self.rays.take(lane, &from.rays, which);
+        let State { t, r, z, m, ratios, witness } = &mut self.state;
+        let old = &from.state;
+        let columns = [
+            (t, &old.t),
+            (r, &old.r),
+            (z, &old.z),
+            (m, &old.m),
+            (ratios, &old.ratios),
+            (witness, &old.witness),
+        ];
+        for (column, old) in columns {
+            column.set(lane, old.lane(which));
+        }
+        self.steps[lane] = from.steps[which];
+        self.fallbacks[lane] = from.fallbacks[which];
+        self.accepted[lane] = from.accepted[which];
+        self.place[lane] = from.place[which];
+    }
+
+    /// What the ray in a lane has come to.
+    pub fn tally<R: Rule<L>>(&self, lane: usize) -> Tally<L::S> {
+        let accepted = self.accepted[lane];
+        Tally {
+            steps: self.steps[lane],
+            max_steps: 0,
+            fallbacks: self.fallbacks[lane],
+            accepted,
+            ratios: if R::LONGER { self.state.ratios.lane(lane) } else { L::S::of(accepted.into()) },
+            t: self.state.t.lane(lane),
+            r: self.state.r.lane(lane),
+            witness: self.state.witness.lane(lane),
+            flags: 0,
+        }
+    }
 }
 
 /// A surface that a safe step went through, to be refined when the others are done.
@@ -56,121 +117,74 @@ pub struct Crossing<T> {
     pub tally: Tally<T>,
     /// Threshold of the last sample.
     pub e: T,
-    pub id: u32,
+    pub place: u32,
 }
 
 /// Where ended rays go.
 pub trait Sink<T> {
-    fn end(&mut self, id: u32, status: Status, tally: &Tally<T>, threshold: T);
+    fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);
 }
 
-/// The packs of a swarm that are sampled together, by number.
-#[derive(Default)]
-pub struct Picked {
-    pub packs: Vec<u32>,
+/// Rays under way.
+pub struct Swarm<T: Native> {
+    pub packs: Vec<Pack<T::Lanes>>,
+    /// The nearest sample asked for in each pack.
+    pub(super) near: Vec<T>,
+    pub(super) alive: usize,
+}
+
+impl<T: Native> Default for Swarm<T> {
+    fn default() -> Self {
+        Self { packs: Vec::new(), near: Vec::new(), alive: 0 }
+    }
 }
 
 impl<T: Native> Swarm<T> {
     pub const WIDTH: usize = T::Lanes::WIDTH;
 
-    pub fn clear(&mut self) {
-        self.each(|column| column.clear());
-        for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
-            counts.clear();
-        }
-        self.alive = 0;
-    }
-
-    /// A ray more.
-    #[inline]
-    pub fn push(&mut self, ray: &Ray<T>, id: u32) {
-        let [ox, oy, oz] = &mut self.origin;
-        let [dx, dy, dz] = &mut self.direction;
-        let columns = [ox, oy, oz, dx, dy, dz, &mut self.t_max, &mut self.ask];
-        let ([a, b, c], [d, e, f]) = (ray.origin, ray.direction);
-        for (column, v) in columns.into_iter().zip([a, b, c, d, e, f, ray.t_max, ray.t_min]) {
-            column.push(v);
-        }
-        self.id.push(id);
-    }
-
-    /// All rays stand at their starts.
-    pub fn start(&mut self) {
-        let (n, zero) = (self.id.len(), T::of(0.0));
-        self.alive = n;
-        self.t.extend_from_slice(&self.ask);
-        for column in [&mut self.r, &mut self.z, &mut self.ratios, &mut self.witness] {
-            column.resize(n, zero);
-        }
-        self.m.resize(n, T::of(-1.0));
-        self.live.resize(n, T::of(1.0));
-        for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted] {
-            counts.resize(n, 0);
-        }
-        self.pad();
-    }
-
-    /// Fills the last pack with switched off copies of the last ray.
-    fn pad(&mut self) {
-        let n = self.live.len();
-        let to = n.next_multiple_of(Self::WIDTH);
-        self.each(|column| {
-            let last = column.last().copied().unwrap_or_default();
-            column.resize(to, last);
-        });
-        self.live[n..].fill(T::of(0.0));
-        self.ask[n..].fill(T::INFINITY);
-        for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
-            counts.resize(to, 0);
-        }
+    /// Rays from the queue, in so many packs at most.
+    pub fn fill(&mut self, feed: &mut Feed<T>, packs: usize) {
+        self.packs.clear();
         self.near.clear();
-        self.near.extend(self.ask.chunks(Self::WIDTH).map(|pack| least(T::Lanes::load(pack))));
+        self.alive = 0;
+        while self.packs.len() < packs {
+            let Some((rays, place, n)) = feed.pack() else { break };
+            self.alive += n;
+            let mut pack = Pack::start(rays, place);
+            (n..Self::WIDTH).for_each(|lane| pack.free(lane));
+            self.near.push(least(pack.rays.t));
+            self.packs.push(pack);
+        }
     }
 
     pub fn alive(&self) -> usize {
         self.alive
     }
 
-    fn own(&mut self) -> [&mut Vec<T>; 9] {
-        [
-            &mut self.t_max,
-            &mut self.ask,
-            &mut self.t,
-            &mut self.r,
-            &mut self.z,
-            &mut self.m,
-            &mut self.ratios,
-            &mut self.witness,
-            &mut self.live,
-        ]
-    }
-    fn each(&mut self, mut f: impl FnMut(&mut Vec<T>)) {
-        self.own().into_iter().for_each(&mut f);
-        self.origin.iter_mut().chain(&mut self.direction).for_each(f);
-    }
-
     /// The points that the picked packs ask for, side by side.
-    pub fn points(&self, picked: &Picked, p: &mut [Vec<T>; 3]) {
+    pub fn points(&self, picked: &[u32], p: &mut [Vec<T>; 3]) {
         for p in p.iter_mut() {
-            p.resize(p.len().max(picked.packs.len() * Self::WIDTH), T::of(0.0));
+            p.resize(p.len().max(picked.len() * Self::WIDTH), T::of(0.0));
         }
         vectorise(Points { swarm: self, picked, p });
     }
 
-    /// Takes the field at those points in, for rays that ask before `until`; ended rays go to the sink.
+    /// Takes the field at those points in, for rays that ask before `until`; ended rays go to the sink, and
+    /// others come from the queue.
     #[allow(clippy::too_many_arguments)] // columns and limits of one call from one place
     pub fn step<R: Rule<T::Lanes>>(
         &mut self,
         rule: R,
         limit: &Threshold<T>,
         max_steps: u32,
-        picked: &Picked,
+        picked: &[u32],
         (p, r): (&[Vec<T>; 3], &[T]),
         until: T,
+        feed: &mut Feed<T>,
         sink: &mut impl Sink<T>,
     ) {
-        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, sink });
+        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, feed, sink });
         self.tidy();
     }
 
@@ -180,70 +194,41 @@ impl<T: Native> Swarm<T> {
     }
 
     /// The packs in which a ray asks for a sample before `until`.
-    pub fn pick(&self, until: T, picked: &mut Picked) {
-        picked.packs.clear();
-        picked.packs.extend((0u32..).zip(&self.near).filter(|(_, near)| **near < until).map(|(i, _)| i));
+    pub fn pick(&self, until: T, picked: &mut Vec<u32>) {
+        picked.clear();
+        picked.extend((0u32..).zip(&self.near).filter(|(_, near)| **near < until).map(|(i, _)| i));
     }
 
     /// Nothing lies from `from` to `to`: rays whose own ball reaches there and that ask for a sample before
     /// its end start anew at the end. A longer step tried into it proves nothing of what it left out: such
     /// rays take the plain step first.
-    pub fn jump(&mut self, from: T, to: T, sink: &mut impl Sink<T>) {
-        vectorise(Jump { swarm: self, from, to, sink });
+    pub fn jump<R: Rule<T::Lanes>>(&mut self, from: T, to: T, sink: &mut impl Sink<T>) {
+        vectorise(Jump { swarm: self, rule: std::marker::PhantomData::<R>, from, to, sink });
         self.tidy();
     }
 
-    /// Closes the ranks once a quarter of the lanes is empty.
+    /// Closes the ranks once a quarter of the lanes is free.
     fn tidy(&mut self) {
-        if self.alive * 4 < self.live.len() * 3 {
+        if self.alive * 4 < self.packs.len() * Self::WIDTH * 3 {
             self.close_ranks();
         }
     }
 
-    /// Rays under way move up into the lanes of those that have ended.
+    /// The last rays move into the free lanes of the first packs.
     fn close_ranks(&mut self) {
-        let half = T::of(0.5);
-        let mut keep = std::mem::take(&mut self.keep);
-        keep.clear();
-        keep.extend((0u32..).zip(&self.live).filter(|(_, live)| half < **live).map(|(i, _)| i));
-        fn take<V: Copy>(column: &mut Vec<V>, keep: &[u32]) {
-            for (to, &from) in keep.iter().enumerate() {
-                column[to] = column[from as usize];
+        let kept = self.alive.div_ceil(Self::WIDTH);
+        let (front, back) = self.packs.split_at_mut(kept);
+        let mut gaps = (0..kept * Self::WIDTH).map(|i| (i / Self::WIDTH, i % Self::WIDTH));
+        for from in back.iter().rev() {
+            for which in (0..Self::WIDTH).filter(|which| !from.is_free(*which)) {
+                // There are as many gaps as rays behind them.
+                if let Some((pack, lane)) = gaps.find(|&(pack, lane)| front[pack].is_free(lane)) {
+                    front[pack].adopt(lane, from, which);
+                }
             }
-            column.truncate(keep.len());
         }
-        self.each(|column| take(column, &keep));
-        for counts in [&mut self.steps, &mut self.fallbacks, &mut self.accepted, &mut self.id] {
-            take(counts, &keep);
-        }
-        self.keep = keep;
-        self.pad();
-    }
-
-    /// What the ray in a lane has come to.
-    pub(super) fn tally(&self, i: usize, flags: u8) -> Tally<T> {
-        Tally {
-            steps: self.steps[i],
-            max_steps: 0,
-            fallbacks: self.fallbacks[i],
-            accepted: self.accepted[i],
-            ratios: self.ratios[i],
-            t: self.t[i],
-            r: self.r[i],
-            witness: self.witness[i],
-            flags,
-        }
-    }
-}
-
-impl<T: Native> Swarm<T> {
-    /// The ray in a lane has passed everything.
-    #[inline(never)]
-    pub(super) fn pass(&mut self, lane: usize, sink: &mut impl Sink<T>) {
-        (self.live[lane], self.ask[lane]) = (T::of(0.0), T::INFINITY);
-        self.alive -= 1;
-        let mut tally = self.tally(lane, 0);
-        tally.r = T::INFINITY;
-        sink.end(self.id[lane], Status::Miss, &tally, T::of(0.0));
+        self.packs.truncate(kept);
+        self.near.clear();
+        self.near.extend(self.packs.iter().map(|pack| least(pack.rays.t)));
     }
 }

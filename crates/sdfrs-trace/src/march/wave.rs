@@ -89,10 +89,9 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
     /// The `i`-th active ray's sample.
     fn look(&self, i: usize, job: &Job<T>) -> Sample<T> {
         let (t, r) = (self.at[i], self.r[i]);
-        let scale = self.p.iter().fold(t.abs(), |a, p| a.max(p[i].abs()));
-        let asked = T::of(job.limits.eps).max(T::of(job.limits.cone) * t);
-        let e = if job.guards { asked.max(T::of(4.0) * T::EPS * scale) } else { asked };
-        Sample { t, r, e, asked, scale }
+        let (limit, p) = (job.threshold(), self.p.each_ref().map(|p| p[i]));
+        let (asked, guarded) = (limit.asked(t), limit.sample(t, p, r));
+        Sample { t, r, e: if job.guards { guarded.e } else { asked }, asked, scale: guarded.scale }
     }
 }
 

@@ -8,29 +8,38 @@ use super::{
     beam::Beam,
     cells::{Cells, Found},
     columns::Columns,
+    feed::{Feed, Wanted},
     order::Order,
     refine::refine,
-    swarm::{Picked, Swarm},
+    swarm::Swarm,
 };
 use crate::tracer::guarded::Rule;
+
+/// Packs that step together where rays wait to take free lanes: as many as keep the instructions' calls
+/// cheap and stay near.
+const PACKS: usize = 16;
 
 /// What a worker keeps from tile to tile.
 pub struct Worker<T: Native> {
     swarms: Vec<Swarm<T>>,
     cells: Cells<T>,
     samples: Samples<T>,
+    wanted: Vec<Wanted>,
+    /// Where each group ends among the rays wanted.
+    groups: Vec<usize>,
 }
 
 /// Points, and the field there.
 struct Samples<T: Native> {
     scratch: Scratch<T>,
-    picked: Picked,
+    picked: Vec<u32>,
     p: [Vec<T>; 3],
     r: Vec<T>,
 }
 
 impl<T: Native> Samples<T> {
     /// One step of the rays that ask for a sample before `until`; the number of points evaluated.
+    #[allow(clippy::too_many_arguments)] // a step's all, from two places
     fn step<R: Rule<T::Lanes>>(
         &mut self,
         job: &Job<T>,
@@ -38,23 +47,31 @@ impl<T: Native> Samples<T> {
         rule: R,
         until: T,
         swarm: &mut Swarm<T>,
+        feed: &mut Feed<T>,
         out: &mut Columns<T>,
     ) -> u64 {
         let Self { scratch, picked, p, r } = self;
         swarm.pick(until, picked);
         swarm.points(picked, p);
-        let n = picked.packs.len() * Swarm::<T>::WIDTH;
+        let n = picked.len() * Swarm::<T>::WIDTH;
         r.resize(r.len().max(n), T::of(0.0));
         field.eval(scratch, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut r[..n]);
-        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), until, out);
+        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), until, feed, out);
         n as u64
     }
 
-    /// Walks a swarm to its end through the whole field.
-    fn walk<R: Rule<T::Lanes>>(&mut self, job: &Job<T>, rule: R, swarm: &mut Swarm<T>, out: &mut Columns<T>) {
+    /// Walks rays to their ends through the whole field.
+    fn walk<R: Rule<T::Lanes>>(
+        &mut self,
+        job: &Job<T>,
+        rule: R,
+        swarm: &mut Swarm<T>,
+        feed: &mut Feed<T>,
+        out: &mut Columns<T>,
+    ) {
         let mut points = 0;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
-            points += self.step(job, job.field, rule, T::INFINITY, swarm, out);
+            points += self.step(job, job.field, rule, T::INFINITY, swarm, feed, out);
         }
         out.work.add(job.field.ops(), points);
     }
@@ -62,27 +79,25 @@ impl<T: Native> Samples<T> {
 
 impl<T: Native> Worker<T> {
     pub fn new(skip: bool, limit: &Threshold<T>) -> Self {
-        let samples = Samples {
-            scratch: Scratch::new(),
-            picked: Picked::default(),
-            p: Default::default(),
-            r: Vec::new(),
-        };
-        Self { swarms: Vec::new(), cells: Cells::new(skip, limit), samples }
+        let samples =
+            Samples { scratch: Scratch::new(), picked: Vec::new(), p: Default::default(), r: Vec::new() };
+        let (swarms, wanted, groups) = (Vec::new(), Vec::new(), Vec::new());
+        Self { swarms, cells: Cells::new(skip, limit), samples, wanted, groups }
     }
 
-    /// Walks the rays from `first` on to their ends.
-    pub fn tile<R: Rule<T::Lanes>>(&mut self, job: &Job<T>, rule: R, first: usize, out: &mut Columns<T>) {
-        if self.swarms.is_empty() {
-            self.swarms.push(Swarm::default());
-        }
-        let swarm = &mut self.swarms[0];
-        swarm.clear();
-        for k in 0..out.len() {
-            swarm.push(&job.rays.ray(first + k), k as u32);
-        }
-        swarm.start();
-        self.samples.walk(job, rule, swarm, out);
+    /// Walks the rays of a tile to their ends.
+    pub fn tile<R: Rule<T::Lanes>>(
+        &mut self,
+        job: &Job<T>,
+        rule: R,
+        (order, tile): (&Order, usize),
+        out: &mut Columns<T>,
+    ) {
+        order.tile(tile, &mut self.wanted, &mut self.groups);
+        self.swarms.resize_with(1, Swarm::default);
+        let mut feed = Feed::new(job.rays, &self.wanted);
+        self.swarms[0].fill(&mut feed, PACKS);
+        self.samples.walk(job, rule, &mut self.swarms[0], &mut feed, out);
         self.finish(job, out);
     }
 
@@ -103,27 +118,27 @@ impl<T: Native> Worker<T> {
         (order, block): (&Order, usize),
         out: &mut Columns<T>,
     ) {
-        let swarms = &mut self.swarms;
-        swarms.iter_mut().for_each(Swarm::clear);
-        let (mut groups, mut place) = (0, 0);
-        order.each(block, |group, x, y| {
-            if swarms.len() <= group {
-                swarms.push(Swarm::default());
-            }
-            swarms[group].push(&job.rays.at(x, y), place);
-            (groups, place) = (group + 1, place + 1);
-        });
-        swarms[..groups].iter_mut().for_each(Swarm::start);
-        let beam = Beam::around(self.swarms[..groups].iter());
+        order.tile(block, &mut self.wanted, &mut self.groups);
+        let groups = self.groups.len();
+        self.swarms.resize_with(self.swarms.len().max(groups), Swarm::default);
+        let mut from = 0;
+        for (swarm, &to) in self.swarms.iter_mut().zip(&self.groups) {
+            swarm.fill(&mut Feed::new(job.rays, &self.wanted[from..to]), usize::MAX);
+            from = to;
+        }
+        let beam = Beam::around(&self.swarms[..groups]);
         if let Some(beam) = beam {
             self.cells.begin_block(beam);
         }
         for group in 0..groups {
-            let beam = beam.and_then(|_| Beam::around(std::iter::once(&self.swarms[group])));
+            let beam = beam.and_then(|_| Beam::around(&self.swarms[group..=group]));
             match beam {
                 Some(beam) => self.group(job, pruner, rule, (group, beam), out),
                 // Rays without a common direction share no cells.
-                None => self.samples.walk(job, rule, &mut self.swarms[group], out),
+                None => {
+                    let swarm = &mut self.swarms[group];
+                    self.samples.walk(job, rule, swarm, &mut Feed::empty(job.rays), out);
+                }
             }
         }
         self.finish(job, out);
@@ -138,20 +153,21 @@ impl<T: Native> Worker<T> {
         (group, beam): (usize, Beam),
         out: &mut Columns<T>,
     ) {
-        let Self { swarms, cells, samples } = self;
-        let swarm = &mut swarms[group];
+        let Self { swarms, cells, samples, .. } = self;
+        let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
         cells.begin_group(beam);
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
             let (until, field): (T, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
                 Found::Empty(from, to) if T::of(to) > near => {
-                    swarm.jump(T::of(from), T::of(to), out);
+                    swarm.jump::<R>(T::of(from), T::of(to), out);
                     continue;
                 }
                 Found::Program(until, program) if T::of(until) > near => (T::of(until), program),
                 _ => (T::INFINITY, job.field),
             };
-            let (ops, points) = (field.ops(), samples.step(job, field, rule, until, swarm, out));
+            let ops = field.ops();
+            let points = samples.step(job, field, rule, until, swarm, &mut nobody, out);
             cells.count(ops, points);
         }
     }

@@ -1,4 +1,4 @@
-use sdfrs_core::{Prune, Rays, Value};
+use sdfrs_core::{Prune, Rays, Status, Value, pool};
 
 use super::*;
 use crate::camera::Kind;
@@ -117,6 +117,85 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
+fn packs_of_rays_and_pixels_have_the_bits_of_one() {
+    fn run<T: Native>(camera: &Camera) {
+        let rays = CameraRays::<T>::new(camera, &Tracer::Basic { guards: true }, 9.0).unwrap();
+        let mut bundle = Bundle::blank();
+        let width = camera.width as usize;
+        let (count, pack) = (rays.count(), T::Lanes::WIDTH);
+        for first in (0..count).step_by(pack) {
+            let pixel = |i: usize| Wanted { x: (i % width) as u32, y: (i / width) as u32, place: 0 };
+            let wanted: Vec<Wanted> = (first..count.min(first + pack)).map(pixel).collect();
+            rays.bundle(&wanted, &mut bundle);
+            for (lane, i) in (first..count.min(first + pack)).enumerate() {
+                let Ray { origin, direction, t_min, t_max } = rays.ray(i);
+                let one = [origin, direction].concat().into_iter().chain([t_min, t_max]);
+                let of =
+                    [bundle.origin, bundle.direction].concat().into_iter().chain([bundle.t, bundle.t_max]);
+                assert!(
+                    one.map(T::f64).map(f64::to_bits).eq(of.map(|v| v.lane(lane).f64().to_bits())),
+                    "ray {i}"
+                );
+            }
+        }
+        let lights = [
+            PointLight::at([4.0, 6.0, 3.0]),
+            PointLight { color: [0.2, 0.1, 0.4], ..PointLight::at([-2.0; 3]) },
+        ];
+        let (shape, surface) = (sphere(), Surface::default());
+        let scene = Scene { shape: &shape, camera, lights: &lights, surface };
+        let p = render::<T>(&scene, &Tracer::Basic { guards: true }, &LIMITS, 9.0, &Control::new()).unwrap();
+        let light = Light { lights: &lights, surface: &surface };
+        for i in 0..count {
+            let (ray, t) = (rays.ray(i), p.hits.t[i]);
+            let point = std::array::from_fn(|a| ray.origin[a] + t * ray.direction[a]);
+            // Single precision holds the normal of a single precision trace to the bit.
+            if size_of::<T>() == 4 {
+                let normal = p.normals[i].map(|v| T::of(v.into()));
+                assert_eq!(p.rgb[i], light.pixel(p.hits.status[i], point, normal), "pixel {i}");
+            }
+        }
+    }
+    let pinhole = camera(37, 29);
+    let flat = Camera { kind: Kind::Orthographic { extent: 2.5 }, ..pinhole };
+    for camera in [pinhole, flat] {
+        run::<f32>(&camera);
+        run::<f64>(&camera);
+    }
+}
+
+#[test]
+fn what_cannot_win_changes_no_normal() {
+    // 300 balls, joined smoothly with 80 boxes and cut by a torus.
+    let place = |i: usize, f: f64| Value::Vec3([1.0, 1.7, 2.3].map(|k| 1.5 * (f * k * i as f64).sin()));
+    let part = |op: &str, name: &str, v: Value| Shape::build(op, vec![(name.into(), v)], vec![]).unwrap();
+    let moved =
+        |s: Shape, by: Value| Shape::build("translate", vec![("offset".into(), by)], vec![s]).unwrap();
+    let joined =
+        |k: f64, of: Vec<Shape>| Shape::build("union", vec![("k".into(), Value::Num(k))], of).unwrap();
+    let balls = (0..300).map(|i| moved(part("sphere", "radius", Value::Num(0.1)), place(i, 1.0)));
+    let boxes = (0..80).map(|i| moved(part("box", "size", Value::Vec3([0.2, 0.1, 0.3])), place(i, 1.3)));
+    let shape = joined(0.02, vec![joined(0.0, balls.collect()), joined(0.0, boxes.collect())]);
+    let camera = camera(150, 90);
+    let lights = [PointLight::at([4.0, 6.0, 3.0])];
+    let scene = Scene { shape: &shape, camera: &camera, lights: &lights, surface: Surface::default() };
+    fn run<T: Native>(scene: &Scene, prune: Prune) -> Picture<T> {
+        let limits = Limits { prune, ..LIMITS };
+        render(scene, &Tracer::Basic { guards: true }, &limits, 100.0, &Control::new()).unwrap()
+    }
+    fn same<T: Native>(scene: &Scene) {
+        let (whole, short) = (run::<T>(scene, Prune::Off), run::<T>(scene, Prune::Exact));
+        assert!(whole.summary.hits > 3000 && short.summary.mean_ops < 0.5 * whole.summary.mean_ops);
+        assert!(whole.hits.t == short.hits.t && whole.rgb == short.rgb);
+        for (i, (a, b)) in whole.normals.iter().zip(&short.normals).enumerate() {
+            assert_eq!(a, b, "pixel {i}");
+        }
+    }
+    same::<f32>(&scene);
+    same::<f64>(&scene);
+}
+
+#[test]
 fn out_of_steps_is_shaded_where_it_got_to() {
     let (shape, camera) = (sphere(), camera(21, 21));
     let scene = Scene { shape: &shape, camera: &camera, lights: &[], surface: Surface::default() };
@@ -126,7 +205,10 @@ fn out_of_steps_is_shaded_where_it_got_to() {
     let i = 21 * 4 + 10;
     assert_eq!(p.hits.status[i], Status::OutOfSteps as u8);
     assert!(p.hits.t[i].is_finite() && p.normals[i] != [0.0; 3]);
-    assert_eq!(p.rgb[i], scene.surface.pixel(&[], Status::Hit as u8, [0.0f32; 3], [0.0; 3]));
+    assert_eq!(
+        p.rgb[i],
+        Light { lights: &[], surface: &scene.surface }.pixel(Status::Hit as u8, [0.0f32; 3], [0.0; 3])
+    );
 }
 
 #[test]

@@ -6,7 +6,9 @@
 //! Twin: the GPU's direct shading.
 //! Law: the same bits on every machine and for any number of threads.
 
-use sdfrs_core::{Scalar, SceneError, Status, math::Math};
+use sdfrs_core::{Real, Scalar, SceneError, Status};
+
+use super::srgb::{Srgb, byte};
 
 /// Light that reaches every point of a surface, and the share left for the lamps.
 const AMBIENT: f64 = 0.15;
@@ -72,48 +74,59 @@ impl Surface {
         Ok(())
     }
 
-    /// The pixel of a ray that ended with `status` at `point`.
-    pub fn pixel<T: Scalar>(
-        &self,
-        lights: &[PointLight],
-        status: u8,
-        point: [T; 3],
-        normal: [T; 3],
-    ) -> [u8; 3] {
-        if status == Status::Invalid as u8 {
-            return INVALID_RGB;
-        }
-        if status == Status::Miss as u8 {
-            return self.background.map(byte);
-        }
-        let (p, n) = (point.map(Scalar::f64), normal.map(Scalar::f64));
-        let mut light = [AMBIENT; 3];
-        for lamp in lights {
-            let facing =
-                DIRECT * lamp.intensity * cosine(n, std::array::from_fn(|i| lamp.position[i] - p[i]));
-            for (sum, color) in light.iter_mut().zip(lamp.color) {
-                *sum += color * facing;
-            }
-        }
-        std::array::from_fn(|i| srgb(self.albedo[i] * light[i]))
+    /// What a ray shows that ended with `status` where there is nothing to be lit.
+    pub fn unlit(&self, status: u8) -> [u8; 3] {
+        if status == Status::Invalid as u8 { INVALID_RGB } else { self.background.map(byte) }
     }
 }
 
+/// Lamps and what they shine upon.
+#[derive(Debug, Clone, Copy)]
+pub struct Light<'a> {
+    pub lights: &'a [PointLight],
+    pub surface: &'a Surface,
+}
+
+impl Light<'_> {
+    /// Linear red, green and blue of a point with a unit normal.
+    #[inline(always)]
+    pub fn linear<R: Real<S = f64>>(&self, point: [R; 3], normal: [R; 3]) -> [R; 3] {
+        let mut sum = [R::c(AMBIENT); 3];
+        for lamp in self.lights {
+            let [x, y, z] = lamp.position;
+            let way = [R::splat(x) - point[0], R::splat(y) - point[1], R::splat(z) - point[2]];
+            let facing = R::splat(DIRECT * lamp.intensity) * cosine(normal, way);
+            for (sum, color) in sum.iter_mut().zip(lamp.color) {
+                *sum = *sum + R::splat(color) * facing;
+            }
+        }
+        let [r, g, b] = self.surface.albedo;
+        [R::splat(r) * sum[0], R::splat(g) * sum[1], R::splat(b) * sum[2]]
+    }
+
+    /// The pixel of a ray that ended with `status` at `point`.
+    pub fn pixel<T: Scalar>(&self, status: u8, point: [T; 3], normal: [T; 3]) -> [u8; 3] {
+        if !shows_surface(status) {
+            return self.surface.unlit(status);
+        }
+        let table = Srgb::get();
+        self.linear(point.map(Scalar::f64), normal.map(Scalar::f64)).map(|v| table.byte(v))
+    }
+}
+
+/// Whether a surface is seen: a ray out of steps shows the one it was closing in on.
+pub fn shows_surface(status: u8) -> bool {
+    status == Status::Hit as u8 || status == Status::OutOfSteps as u8
+}
+
 /// Cosine of the angle between a unit normal and the way to the light; 0 behind, and at the lamp itself.
-fn cosine(n: [f64; 3], l: [f64; 3]) -> f64 {
-    let length = (l[0] * l[0] + l[1] * l[1] + l[2] * l[2]).sqrt();
+#[inline(always)]
+fn cosine<R: Real<S = f64>>(n: [R; 3], l: [R; 3]) -> R {
+    let zero = R::c(0.0);
+    let length = R::len3(l[0], l[1], l[2]);
     let along = n[0] * l[0] + n[1] * l[1] + n[2] * l[2];
-    if along > 0.0 && length.is_finite() { along / length } else { 0.0 }
-}
-
-/// A value from 0 to 1 as 8 bits; the cast saturates.
-fn byte(v: f64) -> u8 {
-    (v * 255.0 + 0.5) as u8
-}
-
-/// One channel of IEC 61966-2-1, rounded to 8 bits.
-fn srgb(linear: f64) -> u8 {
-    byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * (linear.m_ln() / 2.4).m_exp() - 0.055 })
+    let near = R::select_lt(length, R::splat(f64::INFINITY), along / length, zero);
+    R::select_lt(zero, along, near, zero)
 }
 
 #[cfg(test)]
@@ -123,20 +136,15 @@ mod tests {
     const HIT: u8 = Status::Hit as u8;
     const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
-    #[test]
-    fn srgb_follows_the_standard() {
-        for i in 0..=255u8 {
-            let v = f64::from(i) / 255.0;
-            let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
-            assert_eq!(srgb(linear), i);
-        }
-        assert_eq!((srgb(1e300), srgb(0.0), srgb(-1.0)), (255, 0, 0));
+    fn srgb(linear: f64) -> u8 {
+        Srgb::get().byte(linear)
     }
 
     #[test]
     fn light_falls_with_the_cosine_and_not_with_distance() {
         let s = Surface { albedo: [1.0; 3], background: [0.0; 3] };
-        let lit = |p: [f64; 3]| s.pixel(&[PointLight::at(p)], HIT, [0.0; 3], UP)[0];
+        let lit =
+            |p: [f64; 3]| Light { lights: &[PointLight::at(p)], surface: &s }.pixel(HIT, [0.0; 3], UP)[0];
         assert_eq!(lit([0.0, 1.0, 0.0]), 255);
         assert_eq!(lit([0.0, 1e6, 0.0]), 255);
         assert_eq!(lit([3.0f64.sqrt(), 1.0, 0.0]), srgb(0.15 + 0.85 * 0.5));
@@ -150,13 +158,15 @@ mod tests {
         let s = Surface { albedo: [1.0, 1.0, 0.5], background: [0.0; 3] };
         let lamp = PointLight { position: UP, color: [1.0, 0.0, 1.0], intensity: 0.2 };
         let want = [srgb(0.15 + 0.34), srgb(0.15), srgb(0.5 * (0.15 + 0.34))];
-        assert_eq!(s.pixel(&[lamp, lamp], HIT, [0.0; 3], UP), want);
+        let light = Light { lights: &[lamp, lamp], surface: &s };
+        assert_eq!(light.pixel(HIT, [0.0; 3], UP), want);
     }
 
     #[test]
     fn status_decides() {
         let s = Surface { albedo: [1.0; 3], background: [0.0, 1.0, 0.5] };
-        let of = |status: Status| s.pixel::<f32>(&[], status as u8, [0.0; 3], [0.0, 1.0, 0.0]);
+        let light = Light { lights: &[], surface: &s };
+        let of = |status: Status| light.pixel::<f32>(status as u8, [0.0; 3], [0.0, 1.0, 0.0]);
         assert_eq!(of(Status::Miss), [0, 255, 128]);
         assert_eq!(of(Status::Invalid), [255, 0, 255]);
         assert_eq!(of(Status::OutOfSteps), of(Status::Hit));

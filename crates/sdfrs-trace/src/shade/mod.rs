@@ -2,5 +2,9 @@
 
 pub mod direct;
 pub mod normal;
+mod picture;
+mod slopes;
+mod srgb;
 
-pub use direct::{PointLight, Surface};
+pub use direct::{Light, PointLight, Surface};
+pub use picture::Shading;

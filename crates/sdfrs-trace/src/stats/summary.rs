@@ -56,7 +56,7 @@ impl Summary {
         let flag = |bit: u8| count(&hits.flags, |v| v & bit != 0);
         let sum = |v: &[u32]| v.iter().map(|&n| u64::from(n)).sum::<u64>();
         let evaluations = sum(&hits.steps);
-        let mut steps = hits.steps.clone();
+        let steps = Counts::of(&hits.steps);
         // A NaN compares false and is left out.
         let witness = hits.witness.iter().fold(0.0, |most, w| if w.f64() > most { w.f64() } else { most });
         Self {
@@ -69,10 +69,10 @@ impl Summary {
             precision_limited: flag(FLAG_PRECISION),
             threshold: hits.threshold.f64(),
             inside: flag(FLAG_INSIDE),
-            mean_steps: if steps.is_empty() { 0.0 } else { evaluations as f64 / steps.len() as f64 },
-            p50_steps: percentile(&mut steps, 50),
-            p99_steps: percentile(&mut steps, 99),
-            max_steps: percentile(&mut steps, 100),
+            mean_steps: if steps.all == 0 { 0.0 } else { evaluations as f64 / steps.all as f64 },
+            p50_steps: steps.percentile(50),
+            p99_steps: steps.percentile(99),
+            max_steps: steps.percentile(100),
             fallbacks: sum(&hits.fallbacks),
             evaluations,
             node_evaluations: hits.work.node_evaluations,
@@ -129,10 +129,38 @@ fn count(values: &[u8], test: impl Fn(u8) -> bool) -> u64 {
     values.iter().filter(|&&v| test(v)).count() as u64
 }
 
-/// Nearest-rank percentile by selection; reorders `values`.
-fn percentile(values: &mut [u32], percent: u64) -> u32 {
-    let rank = (values.len() as u64 * percent).div_ceil(100).max(1) as usize;
-    if values.is_empty() { 0 } else { *values.select_nth_unstable(rank - 1).1 }
+/// How often each count occurs: the first ones by number, what lies beyond sorted.
+struct Counts {
+    all: u64,
+    few: Vec<u64>,
+    many: Vec<u32>,
+}
+
+impl Counts {
+    const LISTED: u32 = 1 << 12;
+
+    fn of(values: &[u32]) -> Self {
+        let mut few = vec![0; Self::LISTED as usize];
+        let mut many = Vec::new();
+        for &v in values {
+            if v < Self::LISTED { few[v as usize] += 1 } else { many.push(v) }
+        }
+        many.sort_unstable();
+        Self { all: values.len() as u64, few, many }
+    }
+
+    /// Nearest-rank percentile; 0 of nothing.
+    fn percentile(&self, percent: u64) -> u32 {
+        let rank = (self.all * percent).div_ceil(100).max(1);
+        let mut seen = 0;
+        for (v, n) in (0..).zip(&self.few) {
+            seen += n;
+            if seen >= rank {
+                return v;
+            }
+        }
+        self.many.get((rank - seen - 1) as usize).copied().unwrap_or(0)
+    }
 }
 
 #[cfg(test)]

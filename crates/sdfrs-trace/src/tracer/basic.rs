@@ -14,6 +14,8 @@ use super::{
 pub struct Basic;
 
 impl<R: Real> Rule<R> for Basic {
+    const LONGER: bool = false;
+    const SLOPES: bool = false;
     #[inline(always)]
     fn slope(self, m: R, _seen: R) -> R {
         m

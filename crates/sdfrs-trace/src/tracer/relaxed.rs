@@ -18,6 +18,7 @@ pub struct Relaxed<R> {
 }
 
 impl<R: Real + Sync> Rule<R> for Relaxed<R> {
+    const SLOPES: bool = false;
     #[inline(always)]
     fn slope(self, m: R, _seen: R) -> R {
         m

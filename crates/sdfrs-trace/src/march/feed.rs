@@ -1,0 +1,108 @@
+//! Rays on their way into lanes: made a pack at a time, in the order in which they are to be walked.
+
+use sdfrs_core::{
+    Real,
+    eval::{Lanes, Native},
+};
+
+use super::{Ray, Source, swarm::WIDEST};
+
+/// A ray a lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Bundle<L> {
+    pub origin: [L; 3],
+    pub direction: [L; 3],
+    /// Where they begin, and where they end.
+    pub t: L,
+    pub t_max: L,
+}
+
+impl<L: Lanes> Bundle<L> {
+    pub fn blank() -> Self {
+        let zero = L::c(0.0);
+        Self { origin: [zero; 3], direction: [zero; 3], t: zero, t_max: zero }
+    }
+
+    pub fn set(&mut self, lane: usize, ray: &Ray<L::S>) {
+        for a in 0..3 {
+            self.origin[a].set(lane, ray.origin[a]);
+            self.direction[a].set(lane, ray.direction[a]);
+        }
+        self.t.set(lane, ray.t_min);
+        self.t_max.set(lane, ray.t_max);
+    }
+
+    /// Another bundle's ray.
+    #[inline]
+    pub fn take(&mut self, lane: usize, from: &Self, which: usize) {
+        for a in 0..3 {
+            self.origin[a].set(lane, from.origin[a].lane(which));
+            self.direction[a].set(lane, from.direction[a].lane(which));
+        }
+        self.t.set(lane, from.t.lane(which));
+        self.t_max.set(lane, from.t_max.lane(which));
+    }
+}
+
+/// Which rays are to come: pixels by column and row, and the place of each one's result.
+pub struct Feed<'a, T: Native> {
+    rays: &'a dyn Source<T>,
+    /// Columns, rows and places of the rays that wait; the next is `at`.
+    order: &'a [Wanted],
+    at: usize,
+    bundle: Bundle<T::Lanes>,
+    /// Lanes of the bundle that have been handed out, and that hold a ray.
+    used: usize,
+    made: usize,
+}
+
+/// A ray to come.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted {
+    pub x: u32,
+    pub y: u32,
+    /// Where its result goes.
+    pub place: u32,
+}
+
+impl<'a, T: Native> Feed<'a, T> {
+    const WIDTH: usize = T::Lanes::WIDTH;
+
+    pub fn new(rays: &'a dyn Source<T>, order: &'a [Wanted]) -> Self {
+        Self { rays, order, at: 0, bundle: Bundle::blank(), used: 0, made: 0 }
+    }
+
+    /// Nothing to come.
+    pub fn empty(rays: &'a dyn Source<T>) -> Self {
+        Self::new(rays, &[])
+    }
+
+    /// The next pack of rays: their places and their number.
+    pub fn pack(&mut self) -> Option<(Bundle<T::Lanes>, [u32; WIDEST], usize)> {
+        let next = self.order.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let next = &next[..next.len().min(Self::WIDTH)];
+        self.at += next.len();
+        let mut bundle = self.bundle;
+        self.rays.bundle(next, &mut bundle);
+        // A way without an end ends at the largest number: infinity marks a free lane.
+        bundle.t_max = bundle.t_max.min(T::Lanes::splat(T::MAX));
+        let mut place = [0; WIDEST];
+        for (place, wanted) in place.iter_mut().zip(next) {
+            *place = wanted.place;
+        }
+        Some((bundle, place, next.len()))
+    }
+
+    /// The next ray into a lane; false if none waits.
+    #[inline]
+    pub fn next(&mut self, mut enter: impl FnMut(&Bundle<T::Lanes>, usize, u32)) -> bool {
+        if self.used == self.made {
+            let Some((bundle, _, n)) = self.pack() else { return false };
+            (self.bundle, self.used, self.made) = (bundle, 0, n);
+        }
+        let place = self.order[self.at - self.made + self.used].place;
+        enter(&self.bundle, self.used, place);
+        self.used += 1;
+        true
+    }
+}

@@ -1,0 +1,112 @@
+//! Linear light as 8 bits of sRGB: IEC 61966-2-1, looked up.
+//!
+//! A table holds the least linear value of each byte, found once from the formula by bisection; another
+//! leads to a byte close below. A lookup costs a twentieth of the logarithm and the exponential. Law: the
+//! formula's byte, wherever no threshold lies within rounding (tests below).
+
+use std::sync::OnceLock;
+
+use sdfrs_core::math::Math;
+
+/// Steps of the second table; the curve climbs less than a byte in one.
+const STEPS: usize = 4096;
+
+pub struct Srgb {
+    /// Least linear value of each byte; the last one stops the search.
+    least: [f64; 257],
+    /// Byte of `i / STEPS`.
+    near: [u8; STEPS + 1],
+}
+
+impl Srgb {
+    pub fn get() -> &'static Self {
+        static TABLE: OnceLock<Srgb> = OnceLock::new();
+        TABLE.get_or_init(Self::new)
+    }
+
+    fn new() -> Self {
+        let mut least = [f64::INFINITY; 257];
+        least[0] = f64::NEG_INFINITY;
+        // Nothing is at least that, not even infinity.
+        least[256] = f64::NAN;
+        for (byte, least) in least.iter_mut().enumerate().take(256).skip(1) {
+            let (mut lo, mut hi) = (0.0, 1.0);
+            while let middle = 0.5 * (lo + hi)
+                && lo < middle
+                && middle < hi
+            {
+                if usize::from(formula(middle)) < byte { lo = middle } else { hi = middle }
+            }
+            *least = hi;
+        }
+        let mut table = Self { least, near: [0; STEPS + 1] };
+        let mut byte = 0u8;
+        for i in 0..=STEPS {
+            byte = table.from(byte, i as f64 / STEPS as f64);
+            table.near[i] = byte;
+        }
+        table
+    }
+
+    /// The byte of a linear value, `from` a byte that is not above it.
+    #[inline(always)]
+    fn from(&self, from: u8, linear: f64) -> u8 {
+        let mut byte = usize::from(from);
+        while self.least[byte + 1] <= linear {
+            byte += 1;
+        }
+        byte as u8
+    }
+
+    /// One channel; below 0 is 0, above 1 is 255.
+    #[inline(always)]
+    pub fn byte(&self, linear: f64) -> u8 {
+        // The cast saturates, and takes what is not a number for 0.
+        let step = ((linear * STEPS as f64) as usize).min(STEPS);
+        self.from(self.near[step], linear)
+    }
+}
+
+/// A value from 0 to 1 as 8 bits; the cast saturates.
+pub fn byte(v: f64) -> u8 {
+    (v * 255.0 + 0.5) as u8
+}
+
+/// One channel as the standard has it.
+fn formula(linear: f64) -> u8 {
+    byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * (linear.m_ln() / 2.4).m_exp() - 0.055 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_follows_the_standard() {
+        let table = Srgb::get();
+        for i in 0..=255u8 {
+            let v = f64::from(i) / 255.0;
+            let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+            assert_eq!(table.byte(linear), i);
+        }
+        for v in [f64::INFINITY, 1e300, 1.0, 1.0 + 1e-9] {
+            assert_eq!(table.byte(v), 255);
+        }
+        for v in [f64::NAN, f64::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-300] {
+            assert_eq!(table.byte(v), 0);
+        }
+    }
+
+    #[test]
+    fn the_table_is_the_formula() {
+        let table = Srgb::get();
+        let mut seen = [false; 256];
+        for i in 0..200_000 {
+            let linear = f64::from(i) * 5.1e-6;
+            let byte = table.byte(linear);
+            seen[usize::from(byte)] = true;
+            assert_eq!(byte, formula(linear), "{linear}");
+        }
+        assert!(seen.iter().all(|s| *s));
+    }
+}
