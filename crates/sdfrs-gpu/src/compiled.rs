@@ -136,6 +136,12 @@ impl Compiled {
         let program = Program::<f32>::for_tracing(shape)?;
         let graph = Graph::new(shape, Form::Walk)?;
         let start = Instant::now();
+        // Leaps depend on the cells, which are not the CPU's: strict mode takes them where they are asked for.
+        let prune = if settings.strict && prune == (Prune::Auto { skip: true }) {
+            Prune::Auto { skip: false }
+        } else {
+            prune
+        };
         let prune = settle(prune, &program, &raster);
         let raster = Raster { skip: raster.skip && prune == Prune::Skip, ..raster };
         let patches = match Field::pruner(&program).filter(|_| prune != Prune::Off) {

@@ -218,6 +218,9 @@ fn auto_prunes_where_it_pays() {
         let (_, summary) = trace(&device, &spheres(n), &camera, &tracer, (Prune::Auto { skip }, false));
         assert_eq!(summary.prune, prune, "{n}");
     }
+    // Leaps are not the CPU's; strict mode keeps its steps.
+    let (_, summary) = trace(&device, &spheres(2000), &camera, &tracer, (Prune::Auto { skip: true }, true));
+    assert_eq!(summary.prune, "exact");
     // Listings take every sample; one sphere has nothing to drop.
     let letter = Tracer::Basic { guards: false };
     let (_, summary) = trace(&device, &spheres(2000), &camera, &letter, (Prune::Auto { skip: true }, false));
