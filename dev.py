@@ -61,18 +61,37 @@ def environment() -> dict[str, str]:
     return env
 
 
-def run(*command: object, check: bool = True, quiet: bool = False) -> int:
-    """Runs a command in the repository root, shown first; a failure ends the run where `check` is set."""
+def run(*command: object, check: bool = True, quiet: bool = False, to: Path | None = None) -> int:
+    """Runs a command in the repository root, shown first; a failure ends the run where `check` is set.
+
+    What it prints is written `to` a file as well, once all of it is there."""
     words = [str(word) for word in command]
     env = environment()
     if not quiet:
         shown = [Path(words[0]).name, *words[1:]]
         print(f"$ {' '.join(shown)}", file=sys.stderr, flush=True)
     program = shutil.which(words[0], path=env["PATH"]) or words[0]
-    code = subprocess.run([program, *words[1:]], cwd=ROOT, env=env, check=False).returncode
+    if to is None:
+        code = subprocess.run([program, *words[1:]], cwd=ROOT, env=env, check=False).returncode
+    else:
+        code = copied([program, *words[1:]], env, to)
     if check and code:
         fail(f"`{Path(words[0]).name} {' '.join(words[1:3])}` failed with exit code {code}; its message is above.")
     return code
+
+
+def copied(command: list[str], env: dict[str, str], to: Path) -> int:
+    """Runs a command whose lines go to the screen and, if it ends well, to a file."""
+    lines = []
+    with subprocess.Popen(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout or ():
+            print(line, end="", flush=True)
+            lines.append(line)
+    if process.returncode == 0:
+        to.parent.mkdir(parents=True, exist_ok=True)
+        to.write_text("".join(lines), encoding="utf-8")
+        print(f"written to {to.relative_to(ROOT)}", file=sys.stderr)
+    return process.returncode
 
 
 def need_cargo(*components: str) -> None:
@@ -257,7 +276,7 @@ def bench(options: argparse.Namespace, rest: list[str]) -> None:
     need_cargo()
     peers = ("--manifest-path", "benches/Cargo.toml")
     if options.gpu:
-        run("cargo", "run", "-q", *peers, "--features", "gpu", "--bin", "gpu", "--", *rest)
+        run("cargo", "run", "-q", *peers, "--features", "gpu", "--bin", "gpu", "--", *rest, to=ROOT / "out" / "gpu-table.md")
     elif options.criterion:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:

@@ -97,7 +97,7 @@ struct Tally {
 
 @group(0) @binding(0) var<uniform> u: Params;
 
-// The number of a thread in workgroups of 64, which lie in rows.
-fn place_of(id: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return id.y * groups.x * 64u + id.x;
+// The number of a thread in workgroups of 8x8, which lie in rows.
+fn place_of(thread: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return (group.y * groups.x + group.x) * 64u + thread;
 }

@@ -13,20 +13,22 @@ fn point(i: u32) -> vec3<f32> {
     return vec3<f32>(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]);
 }
 
-@compute @workgroup_size(64)
-fn evaluate(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < u.count {
-        values[id.x] = field(point(id.x));
+@compute @workgroup_size(8, 8)
+fn evaluate(@builtin(local_invocation_index) thread: u32, @builtin(workgroup_id) group: vec3<u32>) {
+    let i = group.x * 64u + thread;
+    if i < u.count {
+        values[i] = field(point(i));
     }
 }
 
-@compute @workgroup_size(64)
-fn evaluate_gradient(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < u.count {
-        let g = field_gradient(point(id.x));
-        values[4u * id.x] = g.x;
-        values[4u * id.x + 1u] = g.y;
-        values[4u * id.x + 2u] = g.z;
-        values[4u * id.x + 3u] = g.w;
+@compute @workgroup_size(8, 8)
+fn evaluate_gradient(@builtin(local_invocation_index) thread: u32, @builtin(workgroup_id) group: vec3<u32>) {
+    let i = group.x * 64u + thread;
+    if i < u.count {
+        let g = field_gradient(point(i));
+        values[4u * i] = g.x;
+        values[4u * i + 1u] = g.y;
+        values[4u * i + 2u] = g.z;
+        values[4u * i + 3u] = g.w;
     }
 }

@@ -9,9 +9,13 @@ struct Walker {
     state: State,
 }
 
-@compute @workgroup_size(64)
-fn march_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = place_of(id, groups);
+@compute @workgroup_size(8, 8)
+fn march_begin(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let n = place_of(thread, group, groups);
     if n >= u.rays {
         return;
     }
@@ -24,9 +28,13 @@ fn march_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     tallies[k] = Tally();
 }
 
-@compute @workgroup_size(64)
-fn march_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = place_of(id, groups);
+@compute @workgroup_size(8, 8)
+fn march_pass(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let n = place_of(thread, group, groups);
     if n >= u.count {
         return;
     }

@@ -13,9 +13,13 @@ struct Shaded {
 @group(0) @binding(2) var<storage, read> tallies: array<Tally>;
 @group(0) @binding(4) var<storage, read_write> shaded: array<Shaded>;
 
-@compute @workgroup_size(64)
-fn shade_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let k = place_of(id, groups);
+@compute @workgroup_size(8, 8)
+fn shade_pass(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let k = place_of(thread, group, groups);
     if k >= u.count {
         return;
     }

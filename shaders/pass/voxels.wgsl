@@ -1,9 +1,13 @@
 // The loop around the walk from voxel to voxel, as pass/march.wgsl is around the tracers; a step is a cell.
 // Twin: trace in crates/sdfrs-trace/src/voxel.rs.
 
-@compute @workgroup_size(64)
-fn voxels_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = place_of(id, groups);
+@compute @workgroup_size(8, 8)
+fn voxels_begin(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let n = place_of(thread, group, groups);
     if n >= u.rays {
         return;
     }
@@ -11,9 +15,13 @@ fn voxels_begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     tallies[k] = Tally();
 }
 
-@compute @workgroup_size(64)
-fn voxels_pass(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let n = place_of(id, groups);
+@compute @workgroup_size(8, 8)
+fn voxels_pass(
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let n = place_of(thread, group, groups);
     if n >= u.count {
         return;
     }

@@ -148,7 +148,7 @@ impl<'a> Job<'a> {
         width: Option<u32>,
         mut then: impl FnMut(&Traced<'_>, usize, &mut Dispatcher<'_>) -> Result<(), GpuError>,
     ) -> Result<(Hits<f32>, Course), GpuError> {
-        let mut hits = blank(count);
+        let mut hits = Hits::blank(count);
         let mut dispatcher = Dispatcher::new(self.device, self.control)?;
         if count == 0 {
             return Ok((hits, dispatcher.course));
@@ -341,19 +341,4 @@ fn upload_lines(
     };
     let lines: Vec<Line> = (base..base + count).map(line).collect();
     buffers::write(device, buffer, 0, bytemuck::cast_slice(&lines))
-}
-
-fn blank(n: usize) -> Hits<f32> {
-    Hits {
-        t: vec![0.0; n],
-        status: vec![0; n],
-        steps: vec![0; n],
-        fallbacks: vec![0; n],
-        multiplier: vec![0.0; n],
-        distance: vec![0.0; n],
-        witness: vec![0.0; n],
-        flags: vec![0; n],
-        threshold: 0.0,
-        work: Work::default(),
-    }
 }
