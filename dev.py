@@ -276,7 +276,8 @@ def bench(options: argparse.Namespace, rest: list[str]) -> None:
     need_cargo()
     peers = ("--manifest-path", "benches/Cargo.toml")
     if options.gpu:
-        run("cargo", "run", "-q", *peers, "--features", "gpu", "--bin", "gpu", "--", *rest, to=ROOT / "out" / "gpu-table.md")
+        table = ROOT / "out" / "gpu-table.md"
+        run("cargo", "run", "-q", *peers, "--features", "gpu", "--bin", "gpu", "--", *rest, to=table)
     elif options.criterion:
         run("cargo", "bench", *peers, "--bench", "speed", "--", *rest)
     else:
