@@ -136,7 +136,19 @@ def test_progress_true_writes_to_stderr_only(capsys, monkeypatch):
 
 
 def test_the_command_line_leaves_nothing_half_written(tmp_path):
-    command = [sys.executable, "-m", "sdfrs", "render", "spheres1000", "--size", "4000x3000", "-o", "a.png"]
+    command = [
+        sys.executable,
+        "-m",
+        "sdfrs",
+        "render",
+        "spheres1000",
+        "--size",
+        "4000x3000",
+        "--prune",
+        "off",
+        "-o",
+        "a.png",
+    ]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     time.sleep(3)
     start = time.monotonic()
