@@ -136,24 +136,15 @@ def test_progress_true_writes_to_stderr_only(capsys, monkeypatch):
 
 
 def test_the_command_line_leaves_nothing_half_written(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "sdfrs",
-        "render",
-        "spheres1000",
-        "--size",
-        "4000x3000",
-        "--prune",
-        "off",
-        "-o",
-        "a.png",
-    ]
+    options = ["--size", "4000x3000", "--prune", "off", "-o", "a.png"]
+    command = [sys.executable, "-m", "sdfrs", "render", "spheres1000", *options]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     time.sleep(3)
     start = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130 and time.monotonic() - start < 1.5
-    assert err.count("\n") == 1 and "interrupted" in err
+    # Mesa's drivers complain on their own where the variable is unset.
+    lines = [line for line in err.splitlines() if "XDG_RUNTIME_DIR" not in line]
+    assert len(lines) == 1 and "interrupted" in lines[0]
     assert list(tmp_path.iterdir()) == []
