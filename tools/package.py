@@ -83,6 +83,9 @@ def build(folder: Path) -> tuple[Path, Path]:
     with tarfile.open(sdist) as archive:
         archive.extractall(folder)
     unpacked = folder / sdist.name.removesuffix(".tar.gz")
+    # All files of an sdist have one old date: cargo would take what it built from another sdist for this one's.
+    for path in unpacked.rglob("*"):
+        os.utime(path)
     call("-m", "maturin", "build", "--locked", "--out", str(folder), cwd=unpacked)
     wheel = next(folder.glob("*.whl"))
     check_wheel(wheel)

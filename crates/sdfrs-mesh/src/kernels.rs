@@ -20,6 +20,10 @@ pub struct Least {
     pub id: [u32; 16],
 }
 
+impl Least {
+    const NONE: Self = Self { d2: Row::ZERO, id: [0; 16] };
+}
+
 /// What a list is held against: an item matters in a cell only if some point of the cell is nearer to it than to `q`.
 ///
 /// Let p = c + x be a point of the cell, |x_i| <= e_i, and s a point of the item. Then |p-s|^2 - |p-q|^2 =
@@ -123,7 +127,7 @@ fn slab<L: Lanes>(s: &Slab, p: &[L; 3]) -> L {
 
 /// Squared distances to a list of triangles, all of them in `rows`, and the least.
 #[inline(always)]
-fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row]) -> Least {
+fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row], out: &mut Least) {
     let p = load3::<L>(points);
     let mut best = L::splat(f32::INFINITY);
     let mut id = L::splat(0.0);
@@ -134,28 +138,29 @@ fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Ro
         best = L::select(nearer, d2, best);
         id = L::select(nearer, L::splat(f32::from_bits(t)), id);
     }
-    least(best, id)
+    least(best, id, out);
 }
 
+/// Writes a part's lanes: the others of a number's bits are 0.
 #[inline(always)]
-fn least<L: Lanes>(best: L, id: L) -> Least {
-    let (mut d2, mut bits) = (Row::ZERO, Row::ZERO);
-    best.store(&mut d2);
+fn least<L: Lanes>(best: L, id: L, out: &mut Least) {
+    let mut bits = Row::ZERO;
+    best.store(&mut out.d2);
     id.store(&mut bits);
-    Least { d2, id: bits.0.map(f32::to_bits) }
+    for (id, bits) in out.id.iter_mut().zip(bits.0) {
+        *id |= bits.to_bits();
+    }
 }
 
 /// The least squared distance to a list of triangles.
 #[inline(always)]
-fn leaf<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points) -> Row {
+fn leaf<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, out: &mut Row) {
     let p = load3::<L>(points);
     let mut best = L::splat(f32::INFINITY);
     for &t in list {
         best = triangle(&tris[t as usize], &p).min(best);
     }
-    let mut out = Row::ZERO;
-    best.store(&mut out);
-    out
+    best.store(out);
 }
 
 /// Closest points, of a triangle for each lane.
@@ -190,7 +195,7 @@ fn nearest<L: Lanes>(tris: &[Tri], ids: &[u32; 16], points: &Points) -> Points {
     out
 }
 
-/// Which items of a list can matter, one bit a cell.
+/// Which items of a list can matter, one bit a cell; the others' bits are taken from the masks.
 #[inline(always)]
 fn keep<L: Lanes>(tris: &[Tri], list: &[u32], rows: &[Row], bound: &Bound, masks: &mut [u16]) {
     let q = load3::<L>(&bound.q);
@@ -212,7 +217,7 @@ fn keep<L: Lanes>(tris: &[Tri], list: &[u32], rows: &[Row], bound: &Bound, masks
             }
             most = base.add(twice.mul(off)).add(extent2).min(most);
         }
-        *mask = !L::bits(most.less(d2));
+        *mask &= !L::bits(most.less(d2));
     }
 }
 
@@ -239,9 +244,10 @@ fn survey<L: Lanes>(slabs: &[Slab], list: &[u32], points: &Points, rows: &mut [R
         best = L::select(nearer, d2, best);
         id = L::select(nearer, L::splat(f32::from_bits(s)), id);
     }
-    let mut out = Row::ZERO;
+    let (mut found, mut out) = (Least::NONE, Row::ZERO);
     low.store(&mut out);
-    (least(best, id), out)
+    least(best, id, &mut found);
+    (found, out)
 }
 
 /// Which slabs of a list can matter, one bit a cell.
@@ -276,7 +282,7 @@ pub struct Kernels {
 }
 
 macro_rules! versions {
-    ($($(#[$on:meta])? $module:ident $lanes:ident $features:tt)*) => {$(
+    ($($(#[$on:meta])? $module:ident $lanes:ident [$($part:ident)*] $features:tt)*) => {$(
         $(#[$on])?
         #[allow(unsafe_code)]
         mod $module {
@@ -285,11 +291,15 @@ macro_rules! versions {
 
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn measure(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row]) -> Least {
-                super::measure::<L>(tris, list, points, rows)
+                let mut out = Least::NONE;
+                $(super::measure::<crate::lanes::$part>(tris, list, points, rows, &mut out);)*
+                out
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn leaf(tris: &[Tri], list: &[u32], points: &Points) -> Row {
-                super::leaf::<L>(tris, list, points)
+                let mut out = Row::ZERO;
+                $(super::leaf::<crate::lanes::$part>(tris, list, points, &mut out);)*
+                out
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn nearest(tris: &[Tri], ids: &[u32; 16], points: &Points) -> Points {
@@ -297,7 +307,8 @@ macro_rules! versions {
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn keep(tris: &[Tri], list: &[u32], rows: &[Row], bound: &Bound, masks: &mut [u16]) {
-                super::keep::<L>(tris, list, rows, bound, masks)
+                masks[..list.len()].fill(u16::MAX);
+                $(super::keep::<crate::lanes::$part>(tris, list, rows, bound, masks);)*
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn survey(slabs: &[Slab], list: &[u32], points: &Points, rows: &mut [Row]) -> (Least, Row) {
@@ -317,10 +328,10 @@ macro_rules! versions {
     )*};
 }
 versions! {
-    #[cfg(target_arch = "x86_64")] avx512 Avx512 "avx512f,avx512vl,avx512dq,avx512bw"
-    #[cfg(target_arch = "x86_64")] avx2 Avx2 "avx2"
-    #[cfg(target_arch = "x86_64")] sse41 Sse41 "sse4.1"
-    baseline Portable "sse2"
+    #[cfg(target_arch = "x86_64")] avx512 Avx512 [Avx512] "avx512f,avx512vl,avx512dq,avx512bw"
+    #[cfg(target_arch = "x86_64")] avx2 Avx2 [Avx2Low Avx2High] "avx2"
+    #[cfg(target_arch = "x86_64")] sse41 Sse41 [Sse41] "sse4.1"
+    baseline Portable [Portable] "sse2"
 }
 
 // SAFETY, for all blocks: `of` is the only maker, and never gives an instruction set that the processor lacks.

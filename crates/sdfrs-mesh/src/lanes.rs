@@ -108,7 +108,7 @@ impl Lanes for Portable {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512, Sse41};
+pub use x86::{Avx2, Avx2High, Avx2Low, Avx512, Sse41};
 
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
@@ -117,30 +117,30 @@ mod x86 {
 
     use super::{Lanes, Row};
 
-    /// Several registers that make up sixteen lanes; `$i` numbers them.
+    /// Registers that make up sixteen lanes, or some of them: `$i` numbers them, `$lane` is the first lane of each.
     macro_rules! registers {
-        ($name:ident $register:ident $width:literal [$($i:literal)*]
+        ($name:ident $register:ident $count:literal [$($i:literal $lane:literal),*]
          $set1:ident $load:ident $store:ident $add:ident $sub:ident $mul:ident $min:ident $max:ident
          $and:ident $blend:ident $movemask:ident $less:expr) => {
             #[derive(Clone, Copy)]
-            pub struct $name([$register; 16 / $width]);
+            pub struct $name([$register; $count]);
 
             // SAFETY, for all blocks: values of this type are made and used only inside functions compiled for the
             // instruction set, which `Kernels::of` hands out where the processor has it; a Row holds sixteen
             // aligned f32, of which each register takes its own.
             impl Lanes for $name {
-                type Mask = [$register; 16 / $width];
+                type Mask = [$register; $count];
                 #[inline(always)]
                 fn splat(v: f32) -> Self {
-                    Self(unsafe { [$set1(v); 16 / $width] })
+                    Self(unsafe { [$set1(v); $count] })
                 }
                 #[inline(always)]
                 fn load(from: &Row) -> Self {
-                    Self(unsafe { [$($load(from.0.as_ptr().add($i * $width)),)*] })
+                    Self(unsafe { [$($load(from.0.as_ptr().add($lane)),)*] })
                 }
                 #[inline(always)]
                 fn store(self, to: &mut Row) {
-                    unsafe { $($store(to.0.as_mut_ptr().add($i * $width), self.0[$i]);)* }
+                    unsafe { $($store(to.0.as_mut_ptr().add($lane), self.0[$i]);)* }
                 }
                 #[inline(always)]
                 fn add(self, o: Self) -> Self {
@@ -181,18 +181,28 @@ mod x86 {
                 }
                 #[inline(always)]
                 fn bits(mask: Self::Mask) -> u16 {
-                    unsafe { 0 $(| ($movemask(mask[$i]) as u16) << ($i * $width))* }
+                    unsafe { 0 $(| ($movemask(mask[$i]) as u16) << ($lane))* }
                 }
             }
         };
     }
 
-    registers! { Sse41 __m128 4 [0 1 2 3]
+    registers! { Sse41 __m128 4 [0 0, 1 4, 2 8, 3 12]
     _mm_set1_ps _mm_load_ps _mm_store_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_min_ps _mm_max_ps
     _mm_and_ps _mm_blendv_ps _mm_movemask_ps _mm_cmplt_ps }
-    registers! { Avx2 __m256 8 [0 1]
-    _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps
-    _mm256_max_ps _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ> }
+    macro_rules! avx2 {
+        ($($name:ident $count:literal [$($i:literal $lane:literal),*];)*) => {$(
+            registers! { $name __m256 $count [$($i $lane),*]
+            _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps
+            _mm256_max_ps _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ> }
+        )*};
+    }
+    // The halves alone, where both at once would not fit into sixteen registers: they load and store their own lanes.
+    avx2! {
+        Avx2 2 [0 0, 1 8];
+        Avx2Low 1 [0 0];
+        Avx2High 1 [0 8];
+    }
 
     #[derive(Clone, Copy)]
     pub struct Avx512(__m512);
