@@ -246,9 +246,12 @@ impl Probe {
         part.tape.run(&mut self.scratch, p, &mut self.roots);
     }
 
-    /// How far around a cell's centre the field certainly stays above `e`; negative where that isn't known.
-    pub fn clear_radius(&self, part: &Part, cell: usize, e: f32) -> f32 {
+    /// How far around a cell's centre the field certainly stays above the threshold of a guarded hit,
+    /// `max(eps, cone * t)` and what rounding adds to it, up to the depth `far`; negative where that isn't known.
+    pub fn clear_radius(&self, part: &Part, cell: usize, (eps, cone): (f64, f64), far: f64) -> f32 {
         let Cell { centre, radius } = self.cells[cell];
+        let size = f64::from(centre.iter().fold(radius, |s, c| s.max(c.abs()))) + far;
+        let e = eps.max(cone * far).max(8.0 * f64::from(f32::EPSILON) * size) as f32;
         let known = part.known_of(part.root);
         let clear = (self.roots[cell] - e - known.noise(centre, radius)) / (known.slope * (1.0 + MARGIN));
         if clear > radius { clear } else { -1.0 }

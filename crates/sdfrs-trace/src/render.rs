@@ -181,7 +181,14 @@ pub fn render<T: Native>(
     let trace_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let light = Light { lights: scene.lights, surface: &scene.surface };
-    let shading = Shading { program: &program, prune: limits.prune, rays: &rays, light, hits: &hits };
+    let shading = Shading {
+        program: &program,
+        prune: limits.prune,
+        rays: &rays,
+        width: rays.frame.width(),
+        light,
+        hits: &hits,
+    };
     let (normals, rgb) = shading.run(control)?;
     let shade_seconds = start.elapsed().as_secs_f64();
     Ok(Picture {

@@ -205,11 +205,6 @@ impl<T: Native> Program<T> {
         &self.tape
     }
 
-    /// What can shorten the program place by place, where something can.
-    pub fn shortens(&self) -> Option<&Pruner> {
-        self.pruner.as_deref()
-    }
-
     /// Values at points given coordinate by coordinate; all slices have one length.
     pub fn evaluate(&self, scratch: &mut Scratch<T>, p: [&[T]; 3], out: &mut [T]) {
         self.evaluate_on(isa(), scratch, p, out);
@@ -239,7 +234,7 @@ impl<T: Native> Field<T> for Program<T> {
         self.tape.ops()
     }
     fn pruner(&self) -> Option<&Pruner> {
-        self.shortens()
+        self.pruner.as_deref()
     }
 }
 

@@ -47,28 +47,13 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
     #[inline(always)]
     pub fn below(a: Self, b: Self) -> Mask<W> {
         let mut r = Mask([0; W]);
-        for i in 0..W {
-            r.0[i] = if a.0[i] < b.0[i] { u32::MAX } else { 0 };
-        }
-        r
+        lanes!(i in r: if a.0[i] < b.0[i] { u32::MAX } else { 0 })
     }
     /// `x` where the truth value holds, else `y`.
     #[inline(always)]
     pub fn pick(truth: Mask<W>, mut x: Self, y: Self) -> Self {
-        for i in 0..W {
-            x.0[i] = if truth.0[i] != 0 { x.0[i] } else { y.0[i] };
-        }
-        x
+        lanes!(i in x: if truth.0[i] != 0 { x.0[i] } else { y.0[i] })
     }
-}
-
-macro_rules! lanes {
-    ($i:ident in $r:ident: $value:expr) => {{
-        for $i in 0..W {
-            $r.0[$i] = $value;
-        }
-        $r
-    }};
 }
 
 macro_rules! operator {

@@ -21,15 +21,6 @@ pub trait Truth: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Outpu
 #[derive(Debug, Clone, Copy)]
 pub struct Mask<const W: usize>(pub [u32; W]);
 
-macro_rules! lanes {
-    ($i:ident in $r:ident: $value:expr) => {{
-        for $i in 0..W {
-            $r.0[$i] = $value;
-        }
-        $r
-    }};
-}
-
 impl<const W: usize> BitAnd for Mask<W> {
     type Output = Self;
     #[inline(always)]

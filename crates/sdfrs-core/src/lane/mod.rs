@@ -2,6 +2,17 @@
 //!
 //! All of them give, lane by lane, the bits of the scalar (packs, values of duals).
 
+/// Sets each of a pack's or a mask's `W` lanes; written out, because a closure that isn't inlined would cost a
+/// factor of 30.
+macro_rules! lanes {
+    ($i:ident in $r:ident: $value:expr) => {{
+        for $i in 0..W {
+            $r.0[$i] = $value;
+        }
+        $r
+    }};
+}
+
 mod array;
 mod dual;
 mod interval;

@@ -304,12 +304,10 @@ impl Grower<'_> {
         (children, empty)
     }
 
-    /// Whether a probed cell's field stays above the threshold of a guarded hit, and what rounding adds to it.
+    /// Whether a probed cell's field stays above the threshold of a guarded hit.
     fn is_empty(&self, probe: &Probe, part: &Part, (i, ball): (usize, &Ball), hi: f64) -> bool {
         let Raster { eps, cone, skip, .. } = *self.raster;
-        let size = f64::from(ball.centre.iter().fold(ball.radius, |s, c| s.max(c.abs()))) + hi;
-        let e = eps.max(cone * hi).max(8.0 * f64::from(f32::EPSILON) * size);
-        skip && probe.clear_radius(part, i, e as f32) > ball.radius
+        skip && probe.clear_radius(part, i, (eps, cone), hi) > ball.radius
     }
 
     /// A cell's pieces, sixteen at most; none where it is as small as cells get.

@@ -72,10 +72,7 @@ impl Row {
         for i in (0..self.len).rev() {
             let (lo, hi) = (self.edges[i], self.edges[i + 1]);
             self.clear_to[i] = lo;
-            // The threshold of a guarded hit, and what rounding adds to it, at the far end.
-            let size = f64::from(cells[i].centre.iter().fold(cells[i].radius, |s, c| s.max(c.abs()))) + hi;
-            let e = limit.eps.max(limit.cone * hi).max(8.0 * f64::from(f32::EPSILON) * size);
-            let clear = f64::from(self.probe.clear_radius(part, i, e as f32));
+            let clear = f64::from(self.probe.clear_radius(part, i, (limit.eps, limit.cone), hi));
             if !skip || !(clear > f64::from(cells[i].radius)) {
                 continue;
             }

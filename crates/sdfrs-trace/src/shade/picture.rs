@@ -33,6 +33,8 @@ pub struct Shading<'a, T: Native> {
     pub program: &'a Program<T>,
     pub prune: Prune,
     pub rays: &'a dyn Source<T>,
+    /// Pixels of a row.
+    pub width: usize,
     pub light: Light<'a>,
     pub hits: &'a Hits<T>,
 }
@@ -43,7 +45,7 @@ impl<T: Native> Shading<'_, T> {
         let mut normals = vec![[0f32; 3]; self.hits.t.len()];
         let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
         pool::install(|| {
-            let size = ROWS * self.rays.width().unwrap_or(64 * ROWS).max(1);
+            let size = ROWS * self.width;
             let tiles = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
             tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
                 if control.is_cancelled() {
@@ -56,7 +58,7 @@ impl<T: Native> Shading<'_, T> {
         Ok((normals, rgb))
     }
 
-    /// Rows of pixels from the pixel `first` on.
+    /// Whole rows of pixels from the pixel `first` on.
     fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
         self.find(tile, first, rgb);
         let packs = tile.lit.len().div_ceil(T::Lanes::WIDTH);
@@ -86,20 +88,17 @@ impl<T: Native> Shading<'_, T> {
 
     /// The pixels that show a surface, square by square; the others get their colour.
     fn find(&self, tile: &mut Tile<T>, first: usize, rgb: &mut [[u8; 3]]) {
-        let width = self.rays.width().unwrap_or(rgb.len()).max(1);
-        let (left, top) = (first % width, first / width);
-        let height = rgb.len().div_ceil(width);
+        let (width, top, height) = (self.width, first / self.width, rgb.len() / self.width);
         let sky = self.light.surface.unlit(Status::Miss as u8);
         tile.lit.clear();
         tile.squares.clear();
         squares([0, 0], [width, height], [SQUARE, ROWS], |from, to| {
             squares(from, to, [SQUARE; 2], |from, to| {
                 for y in from[1]..to[1] {
-                    let row = y * width + from[0];
-                    let row = row..rgb.len().min(row + to[0] - from[0]);
+                    let row = y * width + from[0]..y * width + to[0];
                     let statuses = &self.hits.status[first + row.start..first + row.end];
                     let pixels = rgb[row.clone()].iter_mut().zip(statuses);
-                    for ((x, i), (pixel, &status)) in (left + from[0]..).zip(row).zip(pixels) {
+                    for ((x, i), (pixel, &status)) in (from[0]..).zip(row).zip(pixels) {
                         *pixel = sky;
                         if status == Status::Invalid as u8 {
                             *pixel = self.light.surface.unlit(status);

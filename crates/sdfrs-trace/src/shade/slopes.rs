@@ -5,7 +5,7 @@
 //! bits in the ball, and so the gradient's (tests in `render`).
 
 use sdfrs_core::{
-    Program, Prune, Real, Scratch,
+    Field, Program, Prune, Real, Scratch,
     eval::Native,
     prune::{CELLS, Cell, Memory, Part, Probe, Pruner},
 };
@@ -47,7 +47,7 @@ impl<T: Native> Slopes<T> {
         out: &mut [Vec<T>; 4],
     ) {
         let worth = prune != Prune::Off && program.tape().ops() >= WORTH;
-        let Some(pruner) = program.shortens().filter(|p| worth && p.has_choices()) else {
+        let Some(pruner) = program.pruner().filter(|p| worth && p.has_choices()) else {
             return gradient(program, &mut self.scratch, 0..n, points, out);
         };
         let mut from = 0;
