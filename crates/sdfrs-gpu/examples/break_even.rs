@@ -4,6 +4,8 @@
 //! point, compiled and interpreted. Processor time where the adapter is one in software, so that other
 //! work on the machine doesn't count; else wall time.
 
+mod clock;
+
 use std::{error::Error, time::Instant};
 
 use sdfrs_core::{
@@ -26,19 +28,9 @@ fn boxes(n: usize) -> Result<Shape, Box<dyn Error>> {
     Ok(Shape::build("union", vec![("k".into(), Value::Num(0.0))], all.collect::<Result<_, _>>()?)?)
 }
 
-/// Seconds of the process's processor time, or of the wall where that is not to be had.
-fn clock(software: bool, start: Instant) -> f64 {
-    let spent = || {
-        let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-        let fields: Vec<&str> = text.rsplit(')').next()?.split_whitespace().collect();
-        Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-    };
-    spent().filter(|_| software).unwrap_or_else(|| start.elapsed().as_secs_f64())
-}
-
 fn measure(device: &std::sync::Arc<Device>, emitted: Emitted) -> Result<(f64, f64), Box<dyn Error>> {
     let start = Instant::now();
-    let now = || clock(device.is_software(), start);
+    let now = || clock::seconds(device.is_software(), start);
     let points: Vec<[f32; 3]> = (0..1 << 15).map(|i| [i as f32 * 6e-5 - 1.0, 0.3, -0.2]).collect();
     let before = now();
     let field = GpuField::of(device, emitted)?;

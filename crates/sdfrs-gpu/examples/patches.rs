@@ -6,6 +6,8 @@
 //! operations of the program that a sample ran. Processor time of the whole process where the adapter is one in
 //! software, so that other work on the machine doesn't count; else wall time.
 
+mod clock;
+
 use std::{error::Error, time::Instant};
 
 use sdfrs_core::{
@@ -60,16 +62,6 @@ fn union(kind: &str, n: usize) -> Result<Shape, Failure> {
     Ok(Shape::build("union", vec![("k".into(), Value::Num(0.0))], all)?)
 }
 
-/// Seconds of the process's processor time, or of the wall where that is not to be had.
-fn clock(software: bool, start: Instant) -> f64 {
-    let spent = || {
-        let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-        let fields: Vec<&str> = text.rsplit(')').next()?.split_whitespace().collect();
-        Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-    };
-    spent().filter(|_| software).unwrap_or_else(|| start.elapsed().as_secs_f64())
-}
-
 struct Bench<'a> {
     device: &'a Device,
     program: Program<f32>,
@@ -85,7 +77,7 @@ type Maker<'a> = &'a dyn Fn() -> Result<Option<Made>, Failure>;
 
 impl Bench<'_> {
     fn now(&self, start: Instant) -> f64 {
-        clock(self.device.is_software(), start)
+        clock::seconds(self.device.is_software(), start)
     }
 
     fn frame(&self, made: Emitted) -> Result<(Hits<f32>, Summary), Failure> {
