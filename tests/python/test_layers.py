@@ -13,8 +13,8 @@ CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs-gpu", "sdfrs", "sdfr
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
-        ["error", "pool"],
-        ["real", "math", "lane", "grid"],
+        ["error", "pool", "isa", "vectorise"],
+        ["real", "math", "lane", "grid", "crowd"],
         ["contract"],
         ["op"],
         ["shape"],

@@ -23,6 +23,7 @@ pub fn fuse(graph: &Graph, choices: bool) -> Graph {
     fused.nodes.clone_from(&graph.nodes);
     fused.consts.clone_from(&graph.consts);
     fused.grids.clone_from(&graph.grids);
+    fused.crowds.clone_from(&graph.crowds);
     fused.root = graph.root;
     let mut uses = uses(graph);
     // From the root downwards, so that the largest pattern wins.

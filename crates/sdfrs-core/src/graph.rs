@@ -11,7 +11,13 @@ mod rules;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::{error::SceneError, grid::Grid, op::Op, shape::Shape};
+use crate::{
+    crowd::Crowd,
+    error::SceneError,
+    grid::Grid,
+    op::{Op, Stock},
+    shape::Shape,
+};
 
 /// Most ops of a scene: shared parts at different places are counted at each place.
 pub const MAX_OPS: usize = 1 << 21;
@@ -73,6 +79,7 @@ pub struct Graph {
     pub nodes: Vec<Node>,
     pub consts: Vec<f64>,
     pub grids: Vec<Arc<Grid>>,
+    pub crowds: Vec<Arc<Crowd>>,
     pub root: u32,
     /// What pruning knows of each node.
     traits: Vec<Trait>,
@@ -86,6 +93,29 @@ impl Graph {
         graph.root = lower::lower(&mut graph, shape, form)?;
         graph.known = HashMap::new();
         Ok(graph)
+    }
+
+    /// The same with large unions of spheres as crowds: found by place, with the same bits.
+    pub fn crowded(&self) -> Self {
+        let mut graph = Self { root: self.root, grids: self.grids.clone(), ..Self::default() };
+        graph.traits.clone_from(&self.traits);
+        for node in &self.nodes {
+            let (mut node, mut consts) = (*node, self.constants(node).to_vec());
+            if let Some(crowd) = (node.op == Op::SphereUnion).then(|| Crowd::new(&consts)).flatten() {
+                consts = vec![graph.crowds.len() as f64];
+                graph.crowds.push(crowd);
+                node.op = Op::SphereCrowd;
+            }
+            (node.k, node.n) = (graph.consts.len() as u32, consts.len() as u32);
+            graph.consts.extend(consts);
+            graph.nodes.push(node);
+        }
+        graph
+    }
+
+    /// What its programs read beside constants.
+    pub fn stock(&self) -> Stock {
+        Stock { grids: self.grids.clone(), crowds: self.crowds.clone() }
     }
 
     pub fn node(&self, id: u32) -> Option<&Node> {

@@ -4,6 +4,7 @@
 
 pub mod bake;
 pub mod contract;
+pub mod crowd;
 pub mod error;
 pub mod eval;
 pub mod field;
@@ -11,6 +12,7 @@ pub mod file;
 mod fuse;
 pub mod graph;
 pub mod grid;
+mod isa;
 pub mod lane;
 pub mod math;
 pub mod op;
@@ -19,6 +21,7 @@ pub mod prune;
 pub mod real;
 pub mod shape;
 pub mod tape;
+mod vectorise;
 
 pub use contract::{Control, Hits, Limits, Prune, Rays, Span, Status};
 pub use error::{FormatError, SceneError};

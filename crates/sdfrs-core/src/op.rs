@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use crate::{
+    crowd::Crowd,
     grid::{Grid, Step},
     lane::Iv,
     real::Real,
@@ -33,10 +34,17 @@ fn inverse_mag(r: Iv) -> f64 {
     if r.contains(0.0) { f64::INFINITY } else { 1.0 / f64::min(r.lo.abs(), r.hi.abs()) }
 }
 
+/// What programs share that is no number.
+#[derive(Debug, Default)]
+pub struct Stock {
+    pub grids: Vec<Arc<Grid>>,
+    pub crowds: Vec<Arc<Crowd>>,
+}
+
 /// Everything a kernel may read besides its operands.
 pub struct Tables<'a, S> {
     pub consts: &'a [S],
-    pub grids: &'a [Arc<Grid>],
+    pub stock: &'a Stock,
 }
 
 /// Where the values of a slot lie.
@@ -185,7 +193,7 @@ macro_rules! ops {
             pub unsafe fn $tn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
                 for ins in run {
                     let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
-                    let $tg = t.grids;
+                    let $tg = t.stock;
                     let to = unsafe { slots.find(ins.d) };
                     let mut ai = 0;
                     $(let $ta = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
@@ -288,13 +296,15 @@ ops! {
         Mul3 "mul3" (a, b, c) [] => a * b * c;
         Cut "cut" (a, b) [] => a.max(-b);
     }
-    // Ops over a table of constants of any length, or over a grid.
+    // Ops over a table of constants of any length, over a grid or a crowd.
     table {
-        SphereUnion "sphere_union" (x, y, z) |k, _grids| => kernel::sphere_union(x, y, z, k);
-        Mandelbulb "mandelbulb" (x, y, z) |k, _grids| => kernel::mandelbulb(z, x, y, k);
-        Texture "texture" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Raw);
-        TextureSafe "texture_safe" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::Safe);
-        TextureSafeNegated "texture_safe_negated" (x, y, z) |k, grids| => kernel::texture(x, y, z, k, grids, Step::SafeNegated);
+        SphereUnion "sphere_union" (x, y, z) |k, _stock| => kernel::sphere_union(x, y, z, k);
+        Mandelbulb "mandelbulb" (x, y, z) |k, _stock| => kernel::mandelbulb(z, x, y, k);
+        Texture "texture" (x, y, z) |k, stock| => kernel::texture(x, y, z, k, &stock.grids, Step::Raw);
+        TextureSafe "texture_safe" (x, y, z) |k, stock| => kernel::texture(x, y, z, k, &stock.grids, Step::Safe);
+        TextureSafeNegated "texture_safe_negated" (x, y, z) |k, stock| => kernel::texture(x, y, z, k, &stock.grids, Step::SafeNegated);
+        // What the CPU's programs make of a large union of spheres; scenes never name it.
+        SphereCrowd "sphere_crowd" (x, y, z) |k, stock| => kernel::sphere_crowd(x, y, z, k, &stock.crowds);
     }
 }
 
@@ -302,6 +312,11 @@ impl Op {
     /// What no scene names: the tape makes these of others.
     pub const FUSED: &'static [Op] =
         &[Op::MulAdd, Op::MulSub, Op::SubMul, Op::MulMulAdd, Op::MulMulSub, Op::MulAddC, Op::Mul3, Op::Cut];
+
+    /// What both the CPU and the GPU have: all but what the CPU alone makes of others.
+    pub fn shared() -> impl Iterator<Item = Op> {
+        Self::ALL.iter().copied().filter(|op| *op != Op::SphereCrowd)
+    }
 
     /// Whether the op joins its second operand to the first: such instructions form chains.
     pub const fn joins(self) -> bool {

@@ -10,11 +10,11 @@
 use std::sync::Arc;
 
 use crate::{
+    crowd::Crowd,
     eval::{Native, Program, Scratch},
     fuse,
     graph::{Graph, INPUTS},
-    grid::Grid,
-    op::{Ins, Op},
+    op::{Ins, Op, Stock},
     tape::{Tape, order},
 };
 
@@ -22,10 +22,10 @@ use crate::{
 pub const CELLS: usize = 16;
 /// Rounding of the values compared, in units of the last place of the largest number in their arithmetic.
 const ROUNDING: f32 = 1024.0;
+/// Most spheres of a crowd that are asked one by one.
+const FEW: usize = 2048;
 /// Part of the radius kept as a margin.
 const MARGIN: f32 = 1e-3;
-
-type Grids = Arc<[Arc<Grid>]>;
 
 /// A ball in world units.
 #[derive(Debug, Clone, Copy, Default)]
@@ -66,7 +66,7 @@ pub struct Part {
 #[derive(Debug)]
 pub struct Pruner {
     whole: Part,
-    grids: Grids,
+    stock: Arc<Stock>,
 }
 
 impl Pruner {
@@ -100,25 +100,32 @@ impl Pruner {
         }
         whole.consts.clone_from(&fused.consts);
         whole.root = slot_of[graph.root as usize];
-        let grids: Grids = graph.grids.clone().into();
-        whole.close(&grids);
-        Some(Self { whole, grids })
+        let stock = Arc::new(graph.stock());
+        whole.close(&stock);
+        Some(Self { whole, stock })
     }
 
     pub fn whole(&self) -> &Part {
         &self.whole
     }
+    /// Whether spheres are found by place.
+    pub fn has_crowds(&self) -> bool {
+        !self.stock.crowds.is_empty()
+    }
+    /// The crowd that an instruction's constants name.
+    fn crowd(&self, consts: &[f64]) -> &Crowd {
+        &self.stock.crowds[consts[0] as usize]
+    }
     /// Whether operands can be dropped at all; otherwise only empty cells are found.
     pub fn has_choices(&self) -> bool {
-        self.whole
-            .ins
-            .iter()
-            .any(|i| matches!(i.op, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::SphereUnion))
+        let choice =
+            |op| matches!(op, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::SphereUnion | Op::SphereCrowd);
+        self.whole.ins.iter().any(|i| choice(i.op))
     }
 
     /// A part as a program for points inside its ball, written over an old one.
     pub fn program<T: Native>(&self, part: &Part, memory: &mut Memory, to: &mut Program<T>) {
-        to.rewrite(&self.grids, |ins, consts| part.assemble(memory, ins, consts));
+        to.rewrite(&self.stock, |ins, consts| part.assemble(memory, ins, consts));
     }
 }
 
@@ -156,9 +163,9 @@ impl Part {
     }
 
     /// Makes the program to be probed from the instructions.
-    fn close(&mut self, grids: &Grids) {
+    fn close(&mut self, stock: &Arc<Stock>) {
         let Self { ins, consts, root, tape, .. } = self;
-        tape.rewrite(grids, |to, single| {
+        tape.rewrite(stock, |to, single| {
             to.extend_from_slice(ins);
             single.extend(consts.iter().map(|v| *v as f32));
             (ins.len() as u32 + INPUTS, *root)
@@ -221,6 +228,8 @@ pub struct Memory {
     same: Vec<u32>,
     /// Whether a repetition jumps inside the ball.
     broken: Vec<bool>,
+    /// Spheres of a crowd.
+    near: Vec<u32>,
 }
 
 /// A part evaluated at the centres of up to 16 balls.
@@ -279,10 +288,16 @@ impl Probe {
 
     /// What is left of a part in a cell, written over an old one.
     pub fn narrow(&self, pruner: &Pruner, part: &Part, cell: usize, memory: &mut Memory, to: &mut Part) {
+        self.narrow_last(pruner, part, cell, memory, to);
+        to.close(&pruner.stock);
+    }
+
+    /// The same for a part that is made a program, and not probed again.
+    pub fn narrow_last(&self, pruner: &Pruner, part: &Part, cell: usize, memory: &mut Memory, to: &mut Part) {
         self.find_jumps(part, cell, memory);
         self.find_live(part, cell, memory);
         to.clear();
-        let Memory { live, same, slot_of, broken, .. } = memory;
+        let Memory { live, same, slot_of, broken, near, .. } = memory;
         slot_of.clear();
         slot_of.extend(0..INPUTS);
         for (i, one) in part.ins.iter().enumerate() {
@@ -307,6 +322,13 @@ impl Probe {
                 if new.n == 4 {
                     new.op = Op::Sphere;
                 }
+            } else if one.op == Op::SphereCrowd
+                && !broken[i + INPUTS as usize]
+                && self.near_crowd(pruner, part, i, cell, near)
+            {
+                near.iter().for_each(|id| to.consts.extend(pruner.crowd(consts).sphere(*id)));
+                new.n = to.consts.len() as u32 - new.k;
+                new.op = if new.n == 4 { Op::Sphere } else { Op::SphereUnion };
             } else {
                 to.consts.extend_from_slice(consts);
             }
@@ -315,7 +337,6 @@ impl Probe {
             to.known.push(part.known[i]);
         }
         to.root = slot_of[part.root as usize];
-        to.close(&pruner.grids);
     }
 
     /// Values that may jump inside the cell: those of coordinates that a repetition folds there.
@@ -376,6 +397,16 @@ impl Probe {
             + self.deviation(part, a, cell, broken[a as usize])
             + self.deviation(part, b, cell, broken[b as usize]);
         (gap.abs() > near).then_some(if (gap < 0.0) != larger { a } else { b })
+    }
+
+    /// The spheres of a crowd that may be the nearest somewhere in the cell, if they are few enough to be asked
+    /// one by one.
+    fn near_crowd(&self, pruner: &Pruner, part: &Part, i: usize, cell: usize, to: &mut Vec<u32>) -> bool {
+        let one = &part.ins[i];
+        let p = [0, 1, 2].map(|a| self.slot(part, one.a[a], cell));
+        let reach = self.slot(part, one.d, cell) + 2.0 * self.deviation(part, one.d, cell, false);
+        let crowd = pruner.crowd(&part.consts[one.k as usize..]);
+        reach.is_finite() && crowd.within(p, reach, FEW, to) && !to.is_empty()
     }
 
     /// The spheres of a union that may be the nearest somewhere in the cell.

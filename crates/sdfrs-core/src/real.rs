@@ -7,6 +7,7 @@ use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::{
+    crowd::{Crowd, Levels, Nearest},
     grid::{Grid, Step},
     math::Math,
 };
@@ -45,6 +46,8 @@ pub trait Real:
     fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self;
     /// The sample and the slope of the interpolant.
     fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]);
+    /// The nearest of a crowd's spheres: x, y, z, r.
+    fn nearest(crowd: &Crowd, p: [Self; 3]) -> [Self; 4];
     #[inline(always)]
     fn sq(self) -> Self {
         self * self
@@ -132,12 +135,14 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     fn f64(self) -> f64;
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
+    /// A crowd's tree in this precision.
+    fn levels(crowd: &Crowd) -> &Levels<Self>;
     /// The number of a cell: a whole number from 0 to 2^20.
     fn cell(self) -> u32;
 }
 
 macro_rules! scalar {
-    ($t:ty) => {
+    ($t:ty, $levels:ident) => {
         impl Scalar for $t {
             const EPS: Self = <$t>::EPSILON;
             const INFINITY: Self = <$t>::INFINITY;
@@ -158,6 +163,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn is_nan(self) -> bool {
                 <$t>::is_nan(self)
+            }
+            #[inline(always)]
+            fn levels(crowd: &Crowd) -> &Levels<Self> {
+                crowd.$levels()
             }
             #[inline(always)]
             fn cell(self) -> u32 {
@@ -227,9 +236,13 @@ macro_rules! scalar {
             fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {
                 grid.sample_gradient(p, step)
             }
+            #[inline(always)]
+            fn nearest(crowd: &Crowd, p: [Self; 3]) -> [Self; 4] {
+                crowd.nearest(crowd.$levels(), p, Nearest::nobody()).sphere
+            }
         }
     };
 }
 
-scalar!(f32);
-scalar!(f64);
+scalar!(f32, single);
+scalar!(f64, double);

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use crate::{
-    fuse,
+    crowd, fuse,
     graph::{Graph, INPUTS},
-    grid::Grid,
-    op::{Ins, Op, Tables},
+    op::{Ins, Op, Stock, Tables},
     real::Scalar,
 };
 
@@ -17,7 +16,7 @@ use crate::{
 pub struct Tape<T> {
     ins: Vec<Ins>,
     consts: Vec<T>,
-    grids: Arc<[Arc<Grid>]>,
+    stock: Arc<Stock>,
     slots: u32,
     root: u32,
 }
@@ -72,13 +71,12 @@ impl<T: Scalar> Tape<T> {
             ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
         }
         let consts = graph.consts.iter().map(|v| T::of(*v)).collect();
-        let grids = graph.grids.clone().into();
-        Self::of(ins, consts, grids, slots, slot_of[graph.root as usize])
+        Self::of(ins, consts, Arc::new(graph.stock()), slots, slot_of[graph.root as usize])
     }
 
     /// A program of instructions in order, checked.
-    fn of(ins: Vec<Ins>, consts: Vec<T>, grids: Arc<[Arc<Grid>]>, slots: u32, root: u32) -> Self {
-        let mut tape = Self { ins, consts, grids, slots, root };
+    fn of(ins: Vec<Ins>, consts: Vec<T>, stock: Arc<Stock>, slots: u32, root: u32) -> Self {
+        let mut tape = Self { ins, consts, stock, slots, root };
         tape.finish();
         tape
     }
@@ -97,13 +95,13 @@ impl<T: Scalar> Tape<T> {
     /// and constants, both empty, and gives the number of slots and the root's.
     pub fn rewrite(
         &mut self,
-        grids: &Arc<[Arc<Grid>]>,
+        stock: &Arc<Stock>,
         fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32),
     ) {
         self.ins.clear();
         self.consts.clear();
-        if !Arc::ptr_eq(&self.grids, grids) {
-            self.grids = grids.clone();
+        if !Arc::ptr_eq(&self.stock, stock) {
+            self.stock = stock.clone();
         }
         (self.slots, self.root) = fill(&mut self.ins, &mut self.consts);
         self.finish();
@@ -111,7 +109,7 @@ impl<T: Scalar> Tape<T> {
 
     /// A program that isn't one yet: the point's x.
     pub fn blank() -> Self {
-        Self::of(Vec::new(), Vec::new(), Arc::new([]), INPUTS, 0)
+        Self::of(Vec::new(), Vec::new(), Arc::default(), INPUTS, 0)
     }
 
     /// Bytes held.
@@ -119,9 +117,14 @@ impl<T: Scalar> Tape<T> {
         self.ins.capacity() * size_of::<Ins>() + self.consts.capacity() * size_of::<T>()
     }
 
-    /// Operations run for a point: every sphere of a union counts.
+    /// Operations run for a point: every sphere of a union counts, and of a crowd those that a point meets.
     pub fn ops(&self) -> u64 {
-        self.ins.iter().map(|i| if i.op == Op::SphereUnion { u64::from(i.n / 4) } else { 1 }).sum()
+        let of = |i: &Ins| match i.op {
+            Op::SphereUnion => u64::from(i.n / 4),
+            Op::SphereCrowd => crowd::MET,
+            _ => 1,
+        };
+        self.ins.iter().map(of).sum()
     }
 
     /// The promise behind the evaluator's `unsafe`.
@@ -152,7 +155,7 @@ impl<T: Scalar> Tape<T> {
         self.root as usize
     }
     pub fn tables(&self) -> Tables<'_, T> {
-        Tables { consts: &self.consts, grids: &self.grids }
+        Tables { consts: &self.consts, stock: &self.stock }
     }
 }
 

@@ -217,6 +217,35 @@ fn a_thousand_spheres_cost_a_few() {
     assert!(b.work.arena_bytes > 0 && b.work.arena_bytes < 1 << 24, "{} bytes", b.work.arena_bytes);
 }
 
+/// Spheres found by place, with a cube carved out of them and a blend beside.
+#[test]
+fn a_crowd_is_walked_as_if_each_was_asked() {
+    let mut random = Random(4);
+    let ball = build("sphere", &[("radius", Value::Num(0.03))], &[]);
+    let balls: Vec<_> =
+        (0..5000).map(|_| build("translate", &[("offset", random.vector(-1.2, 1.2))], &[&ball])).collect();
+    let crowd = build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>());
+    let cube = build("box", &[("size", random.vector(0.8, 1.2))], &[]);
+    let carved = build("difference", &[("k", Value::Num(0.0))], &[&crowd, &cube]);
+    let shape = build("union", &[("k", Value::Num(0.1))], &[&carved, &tree(&mut random, 3)]);
+    crowd_is_walked::<f32>(&shape, &camera(&mut random));
+    crowd_is_walked::<f64>(&shape, &camera(&mut random));
+}
+
+fn crowd_is_walked<T: Native>(shape: &Shape, view: &Camera) {
+    for tracer in [&tracers()[0], &tracers()[4]] {
+        let a = trace::<T>(shape, view, tracer, Prune::Off);
+        let b = trace::<T>(shape, view, tracer, Prune::Exact);
+        assert_eq!(bits(&a), bits(&b));
+        assert!(b.work.node_evaluations * 20 < a.work.node_evaluations);
+        let c = trace::<T>(shape, view, tracer, Prune::Skip);
+        let other = (0..a.t.len()).filter(|&i| a.status[i] != c.status[i]);
+        assert!(other.into_iter().all(|i| grazes(&a, &c, i)));
+        assert!(c.work.node_evaluations * 20 < a.work.node_evaluations);
+        assert!(a.status.contains(&(Status::Hit as u8)) && a.status.contains(&(Status::Miss as u8)));
+    }
+}
+
 #[test]
 fn rays_in_any_order_keep_their_bits() {
     let mut random = Random(11);

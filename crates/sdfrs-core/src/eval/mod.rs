@@ -3,9 +3,7 @@
 //! One text of every kernel, compiled for each instruction set and picked once; no fused multiply-add
 //! in any of them, so all give the same bits (law: tests/laws, forced instruction sets).
 
-mod isa;
 mod run;
-mod vectorise;
 
 use std::sync::Arc;
 
@@ -13,18 +11,19 @@ use crate::{
     error::SceneError,
     field::Field,
     graph::{Form, Graph},
-    grid::Grid,
     lane::{Dual, Iv, Mask, Pack, Truth},
-    op::{Ins, Tables, execute},
+    op::{Ins, Stock, execute},
     prune::Pruner,
     real::{Real, Scalar},
     shape::Shape,
     tape::Tape,
 };
 
-pub use isa::{Isa, best, isa};
+pub use crate::{
+    isa::{Isa, best, isa},
+    vectorise::{Kernel, vectorise},
+};
 use run::{Batch, Slots};
-pub use vectorise::{Kernel, vectorise};
 
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
@@ -171,7 +170,7 @@ pub struct Program<T: Native> {
 impl<T: Native> Program<T> {
     /// The field's values.
     pub fn values(shape: &Shape) -> Result<Self, SceneError> {
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?), pruner: None })
+        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?.crowded()), pruner: None })
     }
 
     /// The field that tracers walk: each part divided by its Lipschitz bound, textures by their safe step.
@@ -185,7 +184,7 @@ impl<T: Native> Program<T> {
             return Err(SceneError::new(shape.op(), message));
         }
         let graph = Graph::new(shape, Form::Walk)?;
-        Ok(Self { tape: Tape::new(&graph), pruner: Pruner::new(&graph).map(Arc::new) })
+        Ok(Self { tape: Tape::new(&graph), pruner: Pruner::new(&graph.crowded()).map(Arc::new) })
     }
 
     /// A program to be written over.
@@ -195,10 +194,10 @@ impl<T: Native> Program<T> {
 
     pub(crate) fn rewrite(
         &mut self,
-        grids: &Arc<[Arc<Grid>]>,
+        stock: &Arc<Stock>,
         fill: impl FnOnce(&mut Vec<Ins>, &mut Vec<T>) -> (u32, u32),
     ) {
-        self.tape.rewrite(grids, fill);
+        self.tape.rewrite(stock, fill);
     }
 
     pub fn tape(&self) -> &Tape<T> {
@@ -246,10 +245,9 @@ pub fn interval(shape: &Shape, lo: [f64; 3], hi: [f64; 3]) -> Result<(f64, f64),
     for i in 0..3 {
         slots[i] = Iv::new(lo[i], hi[i]);
     }
-    let Tables { consts, grids } = tape.tables();
     for ins in tape.instructions() {
         // SAFETY: the tape is checked, and there is one value for each of its slots.
-        unsafe { execute::<Iv>(ins, slots.as_mut_ptr(), 1, &Tables { consts, grids }) };
+        unsafe { execute::<Iv>(ins, slots.as_mut_ptr(), 1, &tape.tables()) };
     }
     let Iv { lo, hi } = slots[tape.root()];
     Ok((lo, hi))

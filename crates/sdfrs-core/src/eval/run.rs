@@ -1,11 +1,9 @@
 //! The instruction loop, compiled once for each instruction set.
 
-use super::{
-    Lanes,
-    isa::{Isa, best},
-};
+use super::Lanes;
 use crate::{
     graph::INPUTS,
+    isa::{Isa, best},
     lane::Dual,
     op::{Ins, Op, Tables, opaque},
     real::Real,

@@ -6,6 +6,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::{
+    crowd::{Crowd, Nearest},
     grid::{Grid, Step},
     lane::Mask,
     real::{Real, Scalar},
@@ -118,6 +119,19 @@ impl<T: Scalar, const W: usize> Real for Pack<T, W> {
     #[inline(always)]
     fn sample(grid: &Grid, step: Step, p: [Self; 3]) -> Self {
         Pack(grid.sample_lanes(p.map(|v| v.0), step))
+    }
+    #[inline(always)]
+    fn nearest(crowd: &Crowd, p: [Self; 3]) -> [Self; 4] {
+        let levels = T::levels(crowd);
+        let (mut nearest, mut spheres) = (Nearest::nobody(), [p[0]; 4]);
+        for i in 0..W {
+            // Neighbours are near the same spheres.
+            nearest = crowd.nearest(levels, [p[0].0[i], p[1].0[i], p[2].0[i]], nearest);
+            for a in 0..4 {
+                spheres[a].0[i] = nearest.sphere[a];
+            }
+        }
+        spheres
     }
     #[inline(always)]
     fn sample_gradient(grid: &Grid, step: Step, p: [Self; 3]) -> (Self, [Self; 3]) {

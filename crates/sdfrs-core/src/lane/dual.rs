@@ -5,6 +5,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::{
+    crowd::Crowd,
     grid::{Grid, Step},
     real::Real,
 };
@@ -130,6 +131,11 @@ impl<R: Real> Neg for Dual<R> {
 
 impl<R: Real> Real for Dual<R> {
     type S = R::S;
+    #[inline(always)]
+    fn nearest(crowd: &Crowd, p: [Self; 3]) -> [Self; 4] {
+        let [x, y, z, r] = R::nearest(crowd, [p[0].0, p[1].0, p[2].0]);
+        [Self::splat_lanes(x), Self::splat_lanes(y), Self::splat_lanes(z), Self::splat_lanes(r)]
+    }
     #[inline(always)]
     fn splat(s: R::S) -> Self {
         Dual(R::splat(s), [R::c(0.0); 3])

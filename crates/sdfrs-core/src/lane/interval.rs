@@ -4,6 +4,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::{
+    crowd::Crowd,
     grid::{Grid, Step},
     real::Real,
 };
@@ -109,6 +110,10 @@ impl Neg for Iv {
 
 impl Real for Iv {
     type S = f64;
+    /// Some sphere: intervals ask unions, not crowds.
+    fn nearest(_crowd: &Crowd, _p: [Self; 3]) -> [Self; 4] {
+        [Self::ALL; 4]
+    }
     fn splat(s: f64) -> Self {
         Self { lo: s, hi: s }
     }

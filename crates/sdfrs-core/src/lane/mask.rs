@@ -57,7 +57,7 @@ impl<const W: usize> Truth for Mask<W> {
     fn bits(self) -> u32 {
         let mut bits = 0;
         for i in 0..W {
-            bits |= (self.0[i] & 1) << i;
+            bits |= self.0[i] & 1 << i;
         }
         bits
     }

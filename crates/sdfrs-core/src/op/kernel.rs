@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::{
+    crowd::Crowd,
     grid::{Grid, Step},
     real::{Real, Scalar},
 };
@@ -101,6 +102,13 @@ pub fn sphere_union<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
         }
     }
     d
+}
+
+/// The same of a crowd; table: its number.
+#[inline(always)]
+pub fn sphere_crowd<R: Real>(x: R, y: R, z: R, k: &[R::S], crowds: &[Arc<Crowd>]) -> R {
+    let [cx, cy, cz, r] = R::nearest(&crowds[k[0].f64() as usize], [x, y, z]);
+    (R::len3(x - cx, y - cy, z - cz) - r).min(R::splat(R::S::INFINITY))
 }
 
 /// Distance estimate of the Mandelbulb, `log(r) r / (2 |dr|)`; table: power, iterations, start of the

@@ -6,6 +6,7 @@
 //! growing after its first blocks. Law: crates/sdfrs-trace/tests/prune.rs.
 
 use sdfrs_core::{
+    Field,
     contract::Work,
     eval::{Native, Program},
     prune::{CELLS, Memory, Part, Probe, Pruner},
@@ -13,9 +14,36 @@ use sdfrs_core::{
 
 use super::{Threshold, beam::Beam};
 
-/// Length of a slab over the beam's width, for blocks and for groups.
-const COARSE: f64 = 1.0;
-const FINE: f64 = 1.5;
+/// Sizes of cells: rays along a group's side, lengths of slabs over the beam's width, for blocks and for
+/// groups.
+#[derive(Debug, Clone, Copy)]
+pub struct Sizes {
+    pub group: usize,
+    coarse: f64,
+    fine: f64,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { group: 16, coarse: 1.0, fine: 1.5 }
+    }
+}
+
+impl Sizes {
+    /// Finer where a cell's program can be found in a crowd, and where long programs make empty cells worth more.
+    pub fn of(pruner: &Pruner, skip: bool) -> Self {
+        if pruner.has_crowds() {
+            Self { group: 8, coarse: 2.0, fine: 0.75 }
+        } else if skip && pruner.whole().ops() >= LONG {
+            Self { fine: 0.75, ..Self::default() }
+        } else {
+            Self::default()
+        }
+    }
+}
+
+/// Operations of a long program.
+const LONG: u64 = 512;
 /// Shortest slab in units of the hit threshold.
 const SHORTEST: f64 = 64.0;
 /// Lengths of programs with a counter of their own.
@@ -94,6 +122,7 @@ pub enum Found<'a, T: Native> {
 
 pub struct Cells<T: Native> {
     skip: bool,
+    sizes: Sizes,
     limit: Threshold<f64>,
     block: Beam,
     group: Beam,
@@ -105,6 +134,8 @@ pub struct Cells<T: Native> {
     fine: Row,
     within: (usize, usize),
     programs: Vec<Program<T>>,
+    /// The whole with its crowds, where it has some.
+    whole: Option<Program<T>>,
     /// A fine part on its way to a program.
     part: Part,
     memory: Memory,
@@ -115,9 +146,10 @@ pub struct Cells<T: Native> {
 }
 
 impl<T: Native> Cells<T> {
-    pub fn new(skip: bool, limit: &Threshold<T>) -> Self {
+    pub fn new(skip: bool, sizes: Sizes, limit: &Threshold<T>) -> Self {
         Self {
             skip,
+            sizes,
             limit: Threshold { eps: limit.eps.f64(), cone: limit.cone.f64() },
             block: Beam::default(),
             group: Beam::default(),
@@ -127,12 +159,27 @@ impl<T: Native> Cells<T> {
             fine: Row::new(),
             within: (usize::MAX, 0),
             programs: (0..CELLS).map(|_| Program::blank()).collect(),
+            whole: None,
             part: Part::blank(),
             memory: Memory::default(),
             probed: 0,
             points: vec![0; LISTED],
             longer: Work::default(),
         }
+    }
+
+    /// Before anything else is asked.
+    pub fn prepare(&mut self, pruner: &Pruner) {
+        if pruner.has_crowds() && self.whole.is_none() {
+            let mut whole = Program::blank();
+            pruner.program(pruner.whole(), &mut self.memory, &mut whole);
+            self.whole = Some(whole);
+        }
+    }
+
+    /// What has the field's values everywhere.
+    pub fn whole<'a>(&'a self, field: &'a dyn Field<T>) -> &'a dyn Field<T> {
+        self.whole.as_ref().map_or(field, |whole| whole)
     }
 
     pub fn begin_block(&mut self, beam: Beam) {
@@ -175,7 +222,7 @@ impl<T: Native> Cells<T> {
             self.fine.made[cell] = true;
             let (row, slab) = self.within;
             let from = &self.rows[row].1[slab];
-            self.fine.probe.narrow(pruner, from, cell, &mut self.memory, &mut self.part);
+            self.fine.probe.narrow_last(pruner, from, cell, &mut self.memory, &mut self.part);
             pruner.program(&self.part, &mut self.memory, &mut self.programs[cell]);
         }
         Found::Program(self.fine.edges[cell + 1], &self.programs[cell])
@@ -202,7 +249,7 @@ impl<T: Native> Cells<T> {
         while row.len < CELLS && !(row.edges[row.len] > self.block.t_max) {
             let lo = row.edges[row.len];
             let least = SHORTEST * self.limit.eps.max(1e-6 * lo.abs());
-            let length = COARSE * self.block.width(lo);
+            let length = self.sizes.coarse * self.block.width(lo);
             row.edges[row.len + 1] = down(lo + length.max(least));
             row.len += 1;
             // A fan of rays that is still a point tells nothing of slabs farther on.
@@ -227,7 +274,7 @@ impl<T: Native> Cells<T> {
             coarse.made[slab] = true;
             coarse.probe.narrow(pruner, pruner.whole(), slab, &mut self.memory, &mut parts[slab]);
         }
-        let count = ((hi - lo) / (FINE * self.group.width(hi))).ceil().clamp(1.0, CELLS as f64);
+        let count = ((hi - lo) / (self.sizes.fine * self.group.width(hi))).ceil().clamp(1.0, CELLS as f64);
         self.fine.len = count as usize;
         for i in 0..=self.fine.len {
             self.fine.edges[i] = down(lo + (hi - lo) * i as f64 / count);

@@ -87,6 +87,8 @@ fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
 pub struct Points<'a, T: Native> {
     pub swarm: &'a Swarm<T>,
     pub picked: &'a [u32],
+    /// Lanes that ask for nothing before this are taken here: points that are no numbers cost most.
+    pub until: T,
     pub p: &'a mut [Vec<T>; 3],
 }
 
@@ -98,7 +100,8 @@ impl<T: Native> Kernel for Points<'_, T> {
         let columns = x.chunks_exact_mut(w).zip(y.chunks_exact_mut(w)).zip(z.chunks_exact_mut(w));
         for (&pack, ((x, y), z)) in self.picked.iter().zip(columns) {
             let rays = &self.swarm.packs[pack as usize].rays;
-            let ([ox, oy, oz], [dx, dy, dz], t) = (rays.origin, rays.direction, rays.t);
+            let ([ox, oy, oz], [dx, dy, dz]) = (rays.origin, rays.direction);
+            let t = rays.t.min(T::Lanes::splat(self.until));
             (ox + t * dx).store(x);
             (oy + t * dy).store(y);
             (oz + t * dz).store(z);

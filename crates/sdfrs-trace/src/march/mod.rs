@@ -38,6 +38,7 @@ use crate::{
         walk::Walk,
     },
 };
+use cells::Sizes;
 use columns::Columns;
 pub use feed::{Bundle, Wanted};
 use order::Order;
@@ -201,8 +202,9 @@ impl<T: Native> Job<'_, T> {
     /// Guarded steppers.
     fn steps<R: Rule<T::Lanes>>(&self, rule: R) -> Result<Hits<T>, TraceError> {
         let prune = self.prune();
-        let memory = || Worker::new(prune == Prune::Skip, &self.threshold());
         let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
+        let sizes = pruner.map(|pruner| Sizes::of(pruner, prune == Prune::Skip)).unwrap_or_default();
+        let memory = || Worker::new(prune == Prune::Skip, sizes, &self.threshold());
         let Some(pruner) = pruner else {
             // The last rays of a tile leave lanes empty: large tiles waste fewer, small ones keep all threads busy.
             let size = (self.rays.count() / 32).next_multiple_of(TILE).clamp(TILE, 16 * TILE);
@@ -212,7 +214,7 @@ impl<T: Native> Job<'_, T> {
             };
             return Ok(self.tiles(&order, memory, tile)?.0);
         };
-        let order = Order::in_blocks(self.rays, self.control);
+        let order = Order::in_blocks(self.rays, sizes.group, self.control);
         let (mut hits, workers) = self.tiles(&order, memory, |worker, block, out| {
             worker.block(self, pruner, rule, (&order, block), out);
         })?;

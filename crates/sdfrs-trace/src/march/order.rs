@@ -6,16 +6,16 @@ use sdfrs_core::{Control, Hits, eval::Native};
 
 use super::{Source, columns::place, feed::Wanted};
 
-/// Rays along a side of a block that shares one coarse program, of a group that shares a fine one, and of
-/// a patch that shares a pack.
+/// Rays along a side of a block that shares one coarse program, and of a patch that shares a pack.
 const BLOCK: usize = 64;
-const GROUP: usize = 16;
 const PATCH: usize = 4;
 
 /// Rays in tiles.
 pub struct Order {
     count: usize,
     kind: Kind,
+    /// Rays along a side of a group, which shares a fine program.
+    group: usize,
 }
 
 enum Kind {
@@ -30,17 +30,17 @@ enum Kind {
 impl Order {
     pub fn in_line<T: Native>(rays: &dyn Source<T>, size: usize) -> Self {
         let count = rays.count();
-        Self { count, kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) } }
+        Self { count, kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) }, group: 1 }
     }
 
     /// Rays in blocks, blocks in groups.
-    pub fn in_blocks<T: Native>(rays: &dyn Source<T>, control: &Control) -> Self {
+    pub fn in_blocks<T: Native>(rays: &dyn Source<T>, group: usize, control: &Control) -> Self {
         let count = rays.count();
         let kind = match rays.width() {
             Some(width) => Kind::Blocks { width, height: count / width },
             None => Kind::Sorted(sorted(rays, control)),
         };
-        Self { count, kind }
+        Self { count, kind, group }
     }
 
     pub fn tiles(&self) -> usize {
@@ -75,6 +75,7 @@ impl Order {
     pub fn tile(&self, tile: usize, rays: &mut Vec<Wanted>, groups: &mut Vec<usize>) {
         rays.clear();
         groups.clear();
+        let group = self.group;
         match &self.kind {
             Kind::Line { size, width } => {
                 let first = tile * size;
@@ -92,14 +93,14 @@ impl Order {
                 let first = tile * BLOCK * BLOCK;
                 let ids = order[first..].iter().take(BLOCK * BLOCK).enumerate();
                 rays.extend(ids.map(|(i, ray)| Wanted { x: *ray, y: 0, place: place(0, i) }));
-                groups.extend((GROUP * GROUP..rays.len()).step_by(GROUP * GROUP));
+                groups.extend((group * group..rays.len()).step_by(group * group));
                 groups.push(rays.len());
             }
             Kind::Blocks { width, height } => {
                 let across = width.div_ceil(BLOCK);
                 let corner = [tile % across * BLOCK, tile / across * BLOCK];
                 let end = [(corner[0] + BLOCK).min(*width), (corner[1] + BLOCK).min(*height)];
-                squares(corner, end, [GROUP; 2], |from, to| {
+                squares(corner, end, [group; 2], |from, to| {
                     squares(from, to, [PATCH; 2], |from, to| {
                         squares(from, to, [1; 2], |[x, y], _| {
                             let place = place(y - corner[1], x - corner[0]);

@@ -163,11 +163,11 @@ impl<T: Native> Swarm<T> {
     }
 
     /// The points that the picked packs ask for, side by side.
-    pub fn points(&self, picked: &[u32], p: &mut [Vec<T>; 3]) {
+    pub fn points(&self, picked: &[u32], until: T, p: &mut [Vec<T>; 3]) {
         for p in p.iter_mut() {
             p.resize(p.len().max(picked.len() * Self::WIDTH), T::of(0.0));
         }
-        vectorise(Points { swarm: self, picked, p });
+        vectorise(Points { swarm: self, picked, until, p });
     }
 
     /// Takes the field at those points in, for rays that ask before `until`; ended rays go to the sink, and

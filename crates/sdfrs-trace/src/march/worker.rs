@@ -6,7 +6,7 @@ use sdfrs_core::{Field, Scratch, eval::Native, prune::Pruner};
 use super::{
     Job, Threshold,
     beam::Beam,
-    cells::{Cells, Found},
+    cells::{Cells, Found, Sizes},
     columns::Columns,
     feed::{Feed, Wanted},
     order::Order,
@@ -52,7 +52,7 @@ impl<T: Native> Samples<T> {
     ) -> u64 {
         let Self { scratch, picked, p, r } = self;
         swarm.pick(until, picked);
-        swarm.points(picked, p);
+        swarm.points(picked, until, p);
         let n = picked.len() * Swarm::<T>::WIDTH;
         r.resize(r.len().max(n), T::of(0.0));
         field.eval(scratch, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut r[..n]);
@@ -64,6 +64,7 @@ impl<T: Native> Samples<T> {
     fn walk<R: Rule<T::Lanes>>(
         &mut self,
         job: &Job<T>,
+        field: &dyn Field<T>,
         rule: R,
         swarm: &mut Swarm<T>,
         feed: &mut Feed<T>,
@@ -71,18 +72,18 @@ impl<T: Native> Samples<T> {
     ) {
         let mut points = 0;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
-            points += self.step(job, job.field, rule, T::INFINITY, swarm, feed, out);
+            points += self.step(job, field, rule, T::INFINITY, swarm, feed, out);
         }
-        out.work.add(job.field.ops(), points);
+        out.work.add(field.ops(), points);
     }
 }
 
 impl<T: Native> Worker<T> {
-    pub fn new(skip: bool, limit: &Threshold<T>) -> Self {
+    pub fn new(skip: bool, sizes: Sizes, limit: &Threshold<T>) -> Self {
         let samples =
             Samples { scratch: Scratch::new(), picked: Vec::new(), p: Default::default(), r: Vec::new() };
         let (swarms, wanted, groups) = (Vec::new(), Vec::new(), Vec::new());
-        Self { swarms, cells: Cells::new(skip, limit), samples, wanted, groups }
+        Self { swarms, cells: Cells::new(skip, sizes, limit), samples, wanted, groups }
     }
 
     /// Walks the rays of a tile to their ends.
@@ -97,7 +98,7 @@ impl<T: Native> Worker<T> {
         self.swarms.resize_with(1, Swarm::default);
         let mut feed = Feed::new(job.rays, &self.wanted);
         self.swarms[0].fill(&mut feed, PACKS);
-        self.samples.walk(job, rule, &mut self.swarms[0], &mut feed, out);
+        self.samples.walk(job, job.field, rule, &mut self.swarms[0], &mut feed, out);
         self.finish(job, out);
     }
 
@@ -118,6 +119,7 @@ impl<T: Native> Worker<T> {
         (order, block): (&Order, usize),
         out: &mut Columns<T>,
     ) {
+        self.cells.prepare(pruner);
         order.tile(block, &mut self.wanted, &mut self.groups);
         let groups = self.groups.len();
         self.swarms.resize_with(self.swarms.len().max(groups), Swarm::default);
@@ -137,7 +139,8 @@ impl<T: Native> Worker<T> {
                 // Rays without a common direction share no cells.
                 None => {
                     let swarm = &mut self.swarms[group];
-                    self.samples.walk(job, rule, swarm, &mut Feed::empty(job.rays), out);
+                    let whole = self.cells.whole(job.field);
+                    self.samples.walk(job, whole, rule, swarm, &mut Feed::empty(job.rays), out);
                 }
             }
         }
@@ -164,7 +167,7 @@ impl<T: Native> Worker<T> {
                     continue;
                 }
                 Found::Program(until, program) if T::of(until) > near => (T::of(until), program),
-                _ => (T::INFINITY, job.field),
+                _ => (T::INFINITY, cells.whole(job.field)),
             };
             let ops = field.ops();
             let points = samples.step(job, field, rule, until, swarm, &mut nobody, out);

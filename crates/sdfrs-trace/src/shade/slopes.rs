@@ -77,7 +77,7 @@ impl<T: Native> Slopes<T> {
         }
         probes[1].look(coarse, &cells[..squares.len()]);
         for (i, (from, &to)) in starts().zip(squares).enumerate() {
-            probes[1].narrow(pruner, coarse, i, memory, fine);
+            probes[1].narrow_last(pruner, coarse, i, memory, fine);
             pruner.program(fine, memory, short);
             gradient(short, scratch, from..to, points, out);
         }

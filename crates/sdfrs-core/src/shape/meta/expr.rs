@@ -4,7 +4,7 @@ use super::{Aabb, Meta};
 use crate::{
     error::SceneError,
     lane::Iv,
-    op::{Ins, Op, Operand, Tables, execute},
+    op::{Ins, Op, Operand, Stock, Tables, execute},
     shape::{Kind, Shape},
 };
 
@@ -57,7 +57,7 @@ fn range(op: Op, operands: &[Operand]) -> Iv {
     let ins = Ins { op, run: 1, d: 4, a: [0, 1, 2, 3], k: 0, n: 0 };
     // SAFETY: scalar ops have at most four operands, all five slots exist, and none reads a constant
     // (`const` is a kind of its own).
-    unsafe { execute::<Iv>(&ins, slots.as_mut_ptr(), 1, &Tables { consts: &[], grids: &[] }) };
+    unsafe { execute::<Iv>(&ins, slots.as_mut_ptr(), 1, &Tables { consts: &[], stock: &Stock::default() }) };
     slots[4]
 }
 

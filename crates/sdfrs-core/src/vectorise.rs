@@ -1,6 +1,6 @@
 //! Any loop over packs, compiled for each instruction set and picked at run time, as the evaluator's own are.
 
-use super::{Isa, isa};
+use crate::isa::{Isa, isa};
 
 /// A loop over packs. `run` and all it calls must be `#[inline(always)]`: a function of its own would be
 /// compiled for the platform's baseline.
