@@ -23,7 +23,7 @@ pub const CELLS: usize = 16;
 /// Rounding of the values compared, in units of the last place of the largest number in their arithmetic.
 const ROUNDING: f32 = 1024.0;
 /// Most spheres of a crowd that are asked one by one.
-const FEW: usize = 2048;
+const FEW: usize = 1024;
 /// Part of the radius kept as a margin.
 const MARGIN: f32 = 1e-3;
 

@@ -25,8 +25,8 @@ fn brute<S: Scalar>(rows: &[f64], p: [S; 3]) -> (S, [S; 4]) {
     best
 }
 
-fn rows(n: usize, mut sphere: impl FnMut(usize) -> [f64; 4]) -> Vec<f64> {
-    (0..n).flat_map(|i| sphere(i)).collect()
+fn rows(n: usize, sphere: impl FnMut(usize) -> [f64; 4]) -> Vec<f64> {
+    (0..n).flat_map(sphere).collect()
 }
 
 /// Clouds of every kind: even, of all sizes, dense in places, flat, in line, far away, on a lattice.
@@ -84,7 +84,7 @@ fn points<S: Scalar>(rows: &[f64]) -> Vec<[S; 3]> {
         })
     };
     let mut point = point;
-    (0..1500).map(|i| point(i)).collect()
+    (0..1500).map(point).collect()
 }
 
 fn check<S: Scalar>(name: &str, rows: &[f64], crowd: &Crowd) {
