@@ -4,7 +4,7 @@ use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
 
 use super::{
     order::Order,
-    swarm::{Crossing, Sink},
+    swarm::{Crossing, Passed, QUAD, Sink},
 };
 use crate::tracer::walk::Tally;
 
@@ -49,10 +49,30 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         let (row, k) = (&mut self.rows[(place >> ROW) as usize], (place & ((1 << ROW) - 1)) as usize);
         row.t[k] = if status == Status::Miss { T::INFINITY } else { tally.t };
         row.status[k] = status as u8;
-        (row.steps[k], row.fallbacks[k]) = (tally.steps, tally.fallbacks);
-        (row.multiplier[k], row.distance[k]) = (tally.multiplier(), tally.r);
-        (row.witness[k], row.flags[k]) = (tally.witness, tally.flags);
+        row.steps[k] = tally.steps;
+        (row.multiplier[k], row.distance[k], row.witness[k]) = (tally.multiplier(), tally.r, tally.witness);
+        // A page that nobody writes to costs nothing, and is zero.
+        if tally.fallbacks != 0 {
+            row.fallbacks[k] = tally.fallbacks;
+        }
+        if tally.flags != 0 {
+            row.flags[k] = tally.flags;
+        }
         self.threshold = Real::max(self.threshold, threshold);
+    }
+    #[inline(always)]
+    fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>) {
+        let (row, k) = (&mut self.rows[(places[0] >> ROW) as usize], (places[0] & ((1 << ROW) - 1)) as usize);
+        let to = k..k + QUAD;
+        row.t[to.clone()].fill(T::INFINITY);
+        row.distance[to.clone()].fill(T::INFINITY);
+        row.status[to.clone()].fill(Status::Miss as u8);
+        row.steps[to.clone()].copy_from_slice(&passed.steps);
+        row.multiplier[to.clone()].copy_from_slice(&passed.multiplier);
+        row.witness[to.clone()].copy_from_slice(&passed.witness);
+        if passed.fallbacks != [0; QUAD] {
+            row.fallbacks[to].copy_from_slice(&passed.fallbacks);
+        }
     }
     fn cross(&mut self, crossing: Crossing<T>) {
         self.crossings.push(crossing);

@@ -14,7 +14,7 @@ use sdfrs_core::{
 use super::{
     Threshold,
     feed::Feed,
-    swarm::{Crossing, Pack, Sink, Swarm, WIDEST},
+    swarm::{Crossing, Pack, Passed, QUAD, Sink, Swarm, WIDEST},
 };
 use crate::tracer::guarded::{Bracket, Rule, Verdict, step};
 
@@ -64,7 +64,24 @@ fn pass<T: Native, R: Rule<T::Lanes>>(
     passed: u32,
     sink: &mut impl Sink<T>,
 ) -> usize {
-    for lane in lanes(passed) {
+    let mut left = passed;
+    for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
+        let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
+        let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
+        if side_by_side && passed >> first & 0xf == 0xf {
+            let tallies: [_; QUAD] = std::array::from_fn(|i| pack.tally::<R>(first + i));
+            let all = Passed {
+                steps: tallies.each_ref().map(|tally| tally.steps),
+                fallbacks: tallies.each_ref().map(|tally| tally.fallbacks),
+                multiplier: tallies.each_ref().map(|tally| tally.multiplier()),
+                witness: tallies.each_ref().map(|tally| tally.witness),
+            };
+            sink.pass(&places, &all);
+            (first..first + QUAD).for_each(|lane| pack.rays.t.set(lane, T::INFINITY));
+            left &= !(0xf << first);
+        }
+    }
+    for lane in lanes(left) {
         let mut tally = pack.tally::<R>(lane);
         tally.r = T::INFINITY;
         sink.end(pack.place[lane], Status::Miss, &tally, T::of(0.0));

@@ -120,8 +120,21 @@ pub struct Crossing<T> {
     pub place: u32,
 }
 
+/// Neighbours in a row of a patch.
+pub const QUAD: usize = 4;
+
+/// What neighbours have come to that met nothing.
+pub struct Passed<T> {
+    pub steps: [u32; QUAD],
+    pub fallbacks: [u32; QUAD],
+    pub multiplier: [T; QUAD],
+    pub witness: [T; QUAD],
+}
+
 /// Where ended rays go.
 pub trait Sink<T> {
+    /// Rays with places side by side have met nothing.
+    fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>);
     fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);
 }
