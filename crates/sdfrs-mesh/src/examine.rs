@@ -29,15 +29,15 @@ impl Descent<'_> {
         let low = match kind {
             Kind::Tris => {
                 let least = self.kernels.measure(&self.tris, list, c, rows);
-                let q = self.kernels.nearest(&self.tris, &least.id, c);
+                let q = self.kernels.nearest(&self.tris, &least.id(), c);
                 self.kernels.keep(&self.tris, list, rows, &self.bound(&children, &q), masks);
                 least.d2
             }
             Kind::Slabs => {
                 let (least, low) = self.kernels.survey(&self.slabs, list, c, rows);
-                let mut q = [Row::ZERO; 3];
+                let (id, mut q) = (least.id(), [Row::ZERO; 3]);
                 for lane in 0..16 {
-                    let corner = self.slabs[least.id[lane] as usize].corner;
+                    let corner = self.slabs[id[lane] as usize].corner;
                     for a in 0..3 {
                         q[a].0[lane] = corner[a];
                     }
