@@ -32,6 +32,11 @@ impl<'w> Pulse<'w> {
         Self { watch, turns: 0 }
     }
 
+    /// One for a task of its own.
+    pub fn another(&self) -> Self {
+        Self::new(self.watch)
+    }
+
     /// One turn.
     #[inline(always)]
     pub fn beat(&mut self) -> Result<(), MeshError> {
