@@ -132,7 +132,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     fn f64(self) -> f64;
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
-    /// The number of a cell: a whole number from 0 to 2^20.
+    /// The number of a cell: a whole number from 0 to 2^20, read from its digits next to a larger power of two (a
+    /// conversion would ask whether it fits, lane by lane).
     fn cell(self) -> u32;
 }
 
@@ -161,7 +162,8 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn cell(self) -> u32 {
-                self as i32 as u32
+                const UNITS: $t = (1u64 << (<$t>::MANTISSA_DIGITS - 1)) as $t;
+                (self + UNITS).to_bits() as u32 & 0x3f_ffff
             }
         }
 
