@@ -159,7 +159,11 @@ impl Grid {
     pub fn sample_lanes<T: Scalar, const W: usize>(&self, p: [[T; W]; 3], step: Step) -> [T; W] {
         let place = self.locate(p);
         let mut corners = [[T::of(0.0); W]; 8];
-        self.corners(&place.cell, &mut corners);
+        match &self.store {
+            // What is traced most stays where the lanes are: results needn't go through memory.
+            Store::Dense(GridValues::F32(v)) => fetch::<f32, T, W>(v, self.dims, &place.cell, &mut corners),
+            _ => self.corners(&place.cell, &mut corners),
+        }
         let v = self.stepped(interpolate(&corners, &place.f), step, &place);
         surround(Pack(v), place.outside).0
     }

@@ -24,8 +24,15 @@ pub fn neighbours<S: Sample, T: Scalar, const W: usize>(
     }
     let mut i = 0;
     while i < W {
-        let four: [usize; 4] = [0, 1, 2, 3].map(|j| if i + j < W { at[i + j] } else { at[i] });
-        for (k, row) in rows.into_iter().enumerate() {
+        // Written out, as lanes are: a closure that isn't inlined costs more than the loads.
+        let mut four = [at[i]; 4];
+        for j in 1..4 {
+            if i + j < W {
+                four[j] = at[i + j];
+            }
+        }
+        for k in 0..4 {
+            let row = rows[k];
             // SAFETY: no place is above `last`, whose next one is below the length that all rows have.
             #[allow(unsafe_code)]
             let [first, second] = unsafe { S::pairs(row, four) };
@@ -47,8 +54,12 @@ pub fn neighbours<S: Sample, T: Scalar, const W: usize>(
 #[allow(unsafe_code)]
 pub unsafe fn pairs<S: Copy>(row: &[S], at: [usize; 4]) -> [[S; 4]; 2] {
     // SAFETY: the caller's promise.
-    let [a, b, c, d] = at.map(|at| unsafe { row.as_ptr().add(at).cast::<[S; 2]>().read_unaligned() });
-    [[a[0], b[0], c[0], d[0]], [a[1], b[1], c[1], d[1]]]
+    unsafe {
+        let p = row.as_ptr();
+        let [a, b] = [p.add(at[0]), p.add(at[1])];
+        let [c, d] = [p.add(at[2]), p.add(at[3])];
+        [[*a, *b, *c, *d], [*a.add(1), *b.add(1), *c.add(1), *d.add(1)]]
+    }
 }
 
 /// The same for f32, by instructions that every x86-64 has.
@@ -64,10 +75,10 @@ pub unsafe fn pairs_f32(row: &[f32], at: [usize; 4]) -> [[f32; 4]; 2] {
         // SAFETY: each load reads the eight bytes of two numbers that exist by the caller's promise; an __m128 and four
         // f32 have the same bytes.
         unsafe {
-            let two = |at: usize| row.as_ptr().add(at).cast::<f64>();
-            let (a, b) = (_mm_load_sd(two(at[0])), _mm_load_sd(two(at[2])));
-            let ab = _mm_castpd_ps(_mm_loadh_pd(a, two(at[1])));
-            let cd = _mm_castpd_ps(_mm_loadh_pd(b, two(at[3])));
+            let p = row.as_ptr();
+            let (a, c) = (_mm_load_sd(p.add(at[0]).cast()), _mm_load_sd(p.add(at[2]).cast()));
+            let ab = _mm_castpd_ps(_mm_loadh_pd(a, p.add(at[1]).cast()));
+            let cd = _mm_castpd_ps(_mm_loadh_pd(c, p.add(at[3]).cast()));
             let halves = [_mm_shuffle_ps::<0b10_00_10_00>(ab, cd), _mm_shuffle_ps::<0b11_01_11_01>(ab, cd)];
             std::mem::transmute::<[__m128; 2], [[f32; 4]; 2]>(halves)
         }
