@@ -108,9 +108,12 @@ pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings)
     let mut pulse = Pulse::new(watch);
     let pulse = &mut pulse;
     believe(mesh, pulse)?;
-    let mut faces = mesh.faces.clone();
-    pulse.ask()?;
-    let used = frame::used(mesh, &faces);
+    let mut faces = Vec::with_capacity(mesh.faces.len());
+    for part in mesh.faces.chunks(CHUNK) {
+        pulse.ask()?;
+        faces.extend_from_slice(part);
+    }
+    let used = frame::used(mesh, &faces, pulse)?;
     pulse.ask()?;
     let mut bounds = frame::bounds(mesh, &used);
     pulse.ask()?;
@@ -118,7 +121,7 @@ pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings)
     if pass.degenerate() > 0 {
         // A face without area mustn't stretch the frame either.
         faces.retain(|f| flatness(&f.map(|v| mesh.vertices[v as usize])) == Flat::No);
-        let used = frame::used(mesh, &faces);
+        let used = frame::used(mesh, &faces, pulse)?;
         let kept = frame::bounds(mesh, &used);
         if !faces.is_empty() && kept != bounds {
             bounds = kept;

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::{MeshError, Watch};
+use crate::{MeshError, Watch, select::select};
 
 /// Triangles a cluster.
 pub const CLUSTER: usize = 16;
@@ -51,7 +51,7 @@ fn split(part: &mut [Middle], watch: &dyn Watch) -> Result<(), MeshError> {
     let axis = (1..3).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
     let half = (part.len() / 2).next_multiple_of(CLUSTER);
     let before = |a: &Middle, b: &Middle| a.at[axis].total_cmp(&b.at[axis]).then(a.face.cmp(&b.face));
-    part.select_nth_unstable_by(half, before);
+    select(part, half, before, watch)?;
     let (left, right) = part.split_at_mut(half);
     if left.len() < TASK {
         split(left, watch)?;

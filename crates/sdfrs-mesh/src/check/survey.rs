@@ -75,7 +75,7 @@ fn corners(
     pulse: &mut Pulse,
 ) -> Result<(Vec<u32>, Vec<Corner>), MeshError> {
     let all = || faces.iter().chain(needles);
-    let mut places = starts(vertices, all().flatten().map(|&v| v as usize));
+    let mut places = starts(vertices, all().flatten().map(|&v| v as usize), pulse)?;
     pulse.ask()?;
     let mut corners = vec![Corner { next: 0, prev: 0, face: 0 }; 3 * (faces.len() + needles.len())];
     for (face, f) in all().enumerate() {

@@ -7,6 +7,7 @@ use super::Nearest;
 use super::moments::Moments;
 use super::pseudo::foot;
 use crate::check::Checked;
+use crate::select::select;
 use crate::{MeshError, Pulse, Watch};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -111,9 +112,9 @@ fn split(
     let at = clusters / 2 * size;
     let axis = longest_axis(faces, middles);
     // The index decides between equals, so that the order is one and the same everywhere.
-    faces.select_nth_unstable_by(at, |&a, &b| {
-        middles[a as usize][axis].total_cmp(&middles[b as usize][axis]).then(a.cmp(&b))
-    });
+    let order =
+        |&a: &u32, &b: &u32| middles[a as usize][axis].total_cmp(&middles[b as usize][axis]).then(a.cmp(&b));
+    select(faces, at, order, watch)?;
     let (low, high) = faces.split_at_mut(at);
     if low.len() + high.len() > 4096 {
         Pulse::new(watch).ask()?;
