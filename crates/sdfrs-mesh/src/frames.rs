@@ -9,29 +9,7 @@
 
 use glam::DVec3;
 
-/// The two right triangles, each number first for x >= 0, then for x < 0: the hypotenuse runs from (w, 0) to (0, h), its
-/// normal is (nh, nw). Laid out for the kernels, which pick by the sign of x among four neighbours.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C)]
-pub struct Halves {
-    /// w, w, nh, nh
-    pub first: [f32; 4],
-    /// nw, nw, length, length
-    pub second: [f32; 4],
-}
-
-impl Halves {
-    fn new(widths: [f64; 2], height: f64) -> Self {
-        let mut halves = Self::default();
-        for (side, w) in widths.into_iter().enumerate() {
-            let length = w.hypot(height);
-            let (nh, nw) = if length > 0.0 { (height / length, w / length) } else { (1.0, 0.0) };
-            (halves.first[side], halves.first[2 + side]) = (w as f32, nh as f32);
-            (halves.second[side], halves.second[2 + side]) = (nw as f32, length as f32);
-        }
-        halves
-    }
-}
+use crate::lanes::Halves;
 
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]

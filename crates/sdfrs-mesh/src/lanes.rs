@@ -3,8 +3,6 @@
 //! No fused operation, and each lane by itself: the bits are those of scalar code. `min` and `max` give the second
 //! operand where neither is less, as the processor's do.
 
-use crate::frames::Halves;
-
 /// Sixteen lanes in memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
@@ -12,6 +10,30 @@ pub struct Row(pub [f32; 16]);
 
 impl Row {
     pub const ZERO: Row = Row([0.0; 16]);
+}
+
+/// The two right triangles of a folded one (`frames`), each number first for x >= 0, then for x < 0: the hypotenuse runs from (w, 0) to (0, h), its
+/// normal is (nh, nw). Laid out for the kernels, which pick by the sign of x among four neighbours.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
+pub struct Halves {
+    /// w, w, nh, nh
+    pub first: [f32; 4],
+    /// nw, nw, length, length
+    pub second: [f32; 4],
+}
+
+impl Halves {
+    pub fn new(widths: [f64; 2], height: f64) -> Self {
+        let mut halves = Self::default();
+        for (side, w) in widths.into_iter().enumerate() {
+            let length = w.hypot(height);
+            let (nh, nw) = if length > 0.0 { (height / length, w / length) } else { (1.0, 0.0) };
+            (halves.first[side], halves.first[2 + side]) = (w as f32, nh as f32);
+            (halves.second[side], halves.second[2 + side]) = (nw as f32, length as f32);
+        }
+        halves
+    }
 }
 
 /// Sixteen lanes in registers. Values are made only inside functions compiled for the instruction set.
