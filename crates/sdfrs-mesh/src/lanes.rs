@@ -12,8 +12,9 @@ impl Row {
     pub const ZERO: Row = Row([0.0; 16]);
 }
 
-/// The two right triangles of a folded one (`frames`), each number first for x >= 0, then for x < 0: the hypotenuse runs from (w, 0) to (0, h), its
-/// normal is (nh, nw). Laid out for the kernels, which pick by the sign of x among four neighbours.
+/// The two right triangles of a folded one (`frames`), each number first for x >= 0, then for x < 0: the hypotenuse runs
+/// from (w, 0) to (0, h), its normal is (nh, nw). Laid out for the kernels, which pick by the sign of x among four
+/// neighbours.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C)]
 pub struct Halves {
