@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::{MeshError, Watch, select::select};
+use crate::{MeshError, Pulse, Watch, select::select};
 
 /// Triangles a cluster.
 pub const CLUSTER: usize = 16;
@@ -26,13 +26,17 @@ pub fn order(
     count: usize,
     watch: &dyn Watch,
 ) -> Result<Vec<u32>, MeshError> {
+    let pulse = Pulse::new(watch);
     let mut middles: Vec<Middle> = (0..count)
         .into_par_iter()
         .map(|f| {
+            if f.is_multiple_of(1 << 12) {
+                pulse.ask()?;
+            }
             let [a, b, c] = corners(f);
-            Middle { at: ((a + b + c) / 3.0).as_vec3().to_array(), face: f as u32 }
+            Ok(Middle { at: ((a + b + c) / 3.0).as_vec3().to_array(), face: f as u32 })
         })
-        .collect();
+        .collect::<Result<_, MeshError>>()?;
     split(&mut middles, watch)?;
     Ok(middles.into_iter().map(|m| m.face).collect())
 }

@@ -44,6 +44,16 @@ impl<'w> Pulse<'w> {
         if self.turns.is_multiple_of(8192) { self.ask() } else { Ok(()) }
     }
 
+    /// `n` times the same: the system takes its time with the pages of very many.
+    pub fn filled<T: Copy>(&self, value: T, n: usize) -> Result<Vec<T>, MeshError> {
+        let mut all = Vec::with_capacity(n);
+        while all.len() < n {
+            self.ask()?;
+            all.resize(n.min(all.len() + (1 << 19)), value);
+        }
+        Ok(all)
+    }
+
     /// A step after which it is time in any case.
     #[inline(never)]
     pub fn ask(&self) -> Result<(), MeshError> {

@@ -45,10 +45,8 @@ fn divide<T: Copy>(items: &mut [T], nth: usize, order: &impl Fn(&T, &T) -> Order
     let mut at = 0;
     for i in 0..last {
         // Without a branch: half of them would be guessed wrong.
-        let item = items[i];
-        items[i] = items[at];
-        items[at] = item;
-        at += usize::from(order(&item, &pivot) == Ordering::Less);
+        items.swap(i, at);
+        at += usize::from(order(&items[at], &pivot) == Ordering::Less);
     }
     items.swap(at, last);
     at

@@ -178,7 +178,7 @@ impl Grid {
     fn bricks_of(&self, z: usize) -> impl Iterator<Item = (usize, [usize; 3])> + '_ {
         let count = bricks_along(self.dims);
         // The first layer of a brick is the last one of the brick before.
-        let from = if z % BRICK == 0 { (z / BRICK).saturating_sub(1) } else { z / BRICK };
+        let from = if z.is_multiple_of(BRICK) { (z / BRICK).saturating_sub(1) } else { z / BRICK };
         (from..=(z / BRICK).min(count[2] - 1)).flat_map(move |k| {
             (0..count[0] * count[1]).map(move |i| {
                 let first = [i % count[0], i / count[0], k].map(|b| b * BRICK);

@@ -20,7 +20,7 @@ pub struct Edges {
 impl Edges {
     pub fn new(faces: &[[u32; 3]], vertices: usize, pulse: &mut Pulse) -> Result<Self, MeshError> {
         let (places, mut bucket) = buckets(faces, vertices, pulse)?;
-        let mut edges = Self { across: vec![NONE; bucket.len()], surplus: Vec::new() };
+        let mut edges = Self { across: pulse.filled(NONE, bucket.len())?, surplus: Vec::new() };
         for v in 0..vertices {
             pulse.beat()?;
             let own = &mut bucket[places[v] as usize..places[v + 1] as usize];

@@ -77,7 +77,8 @@ fn corners(
     let all = || faces.iter().chain(needles);
     let mut places = starts(vertices, all().flatten().map(|&v| v as usize), pulse)?;
     pulse.ask()?;
-    let mut corners = vec![Corner { next: 0, prev: 0, face: 0 }; 3 * (faces.len() + needles.len())];
+    let mut corners =
+        pulse.filled(Corner { next: 0, prev: 0, face: 0 }, 3 * (faces.len() + needles.len()))?;
     for (face, f) in all().enumerate() {
         pulse.beat()?;
         for k in 0..3 {

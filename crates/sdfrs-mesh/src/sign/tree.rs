@@ -77,15 +77,20 @@ impl Tree {
 }
 
 fn order(mesh: &Checked, watch: &dyn Watch) -> Result<Vec<u32>, MeshError> {
+    let pulse = Pulse::new(watch);
     let middles: Vec<[f64; 3]> = mesh
         .faces
         .par_iter()
-        .map(|f| {
+        .enumerate()
+        .map(|(i, f)| {
+            if i.is_multiple_of(1 << 12) {
+                pulse.ask()?;
+            }
             let [a, b, c] = *f;
             let [a, b, c] = [mesh.vertices[a as usize], mesh.vertices[b as usize], mesh.vertices[c as usize]];
-            std::array::from_fn(|i| a[i] + b[i] + c[i])
+            Ok(std::array::from_fn(|i| a[i] + b[i] + c[i]))
         })
-        .collect();
+        .collect::<Result<_, MeshError>>()?;
     let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
     let mut size = WIDE;
     while size < order.len() {
