@@ -3,6 +3,8 @@
 //! Everything is done relative to the middle of the grid's box and divided by a power of two, in f64 until the kernels
 //! round once: offsets and scales change no digit.
 
+use std::sync::Mutex;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use sdfrs_core::eval::{Isa, isa};
@@ -16,7 +18,7 @@ use crate::{
     check::{Checked, Findings, check_until},
     clusters,
     dense::Dense,
-    descent::{Arenas, Descent, prepare},
+    descent::{Descent, prepare},
     error_bound::{bound, slack},
     frames::{Slab, Tri},
     grid::Grid,
@@ -267,7 +269,7 @@ impl<'a> Job<'a> {
             slack: (self.slack * (1.0 + 1e-6)) as f32,
             budget: self.budget,
             watch,
-            arenas: Arenas::new(),
+            arenas: Mutex::new(Vec::new()),
         }
     }
 

@@ -81,31 +81,7 @@ pub struct Descent<'a> {
     pub slack: f32,
     pub budget: &'a Budget,
     pub watch: &'a dyn Watch,
-    pub arenas: Arenas,
-}
-
-/// Memory that tasks leave to later ones of the same thread: in another processor's cache it would have to be fetched from
-/// there line by line, which cost two threads a tenth of their time.
-pub struct Arenas(Vec<Mutex<Vec<Arena>>>);
-
-impl Arenas {
-    pub fn new() -> Self {
-        Self((0..rayon::current_num_threads().max(1)).map(|_| Mutex::default()).collect())
-    }
-
-    fn own(&self) -> &Mutex<Vec<Arena>> {
-        &self.0[rayon::current_thread_index().unwrap_or(0) % self.0.len()]
-    }
-
-    fn take(&self) -> Arena {
-        self.own().lock().ok().and_then(|mut arenas| arenas.pop()).unwrap_or_default()
-    }
-
-    fn leave(&self, arena: Arena) {
-        if let Ok(mut arenas) = self.own().lock() {
-            arenas.push(arena);
-        }
-    }
+    pub arenas: Mutex<Vec<Arena>>,
 }
 
 /// A task's memory; lists and masks are stacks, rows are written and read within one cell.
@@ -176,13 +152,15 @@ impl Descent<'_> {
             return self.top(sink, self.expand(&list), Kind::Tris, cell);
         }
         let mut part = sink.fork();
-        let mut arena = self.arenas.take();
+        let mut arena = self.arenas.lock().ok().and_then(|mut a| a.pop()).unwrap_or_default();
         if cell.n <= TASK {
             arena.reserve(self.budget, list.len(), 0, 0)?;
             arena.ids[..list.len()].copy_from_slice(&list);
             self.descend(&mut arena, &mut part, kind, [0, list.len()], 0, cell)?;
             part.finish()?;
-            self.arenas.leave(arena);
+            if let Ok(mut arenas) = self.arenas.lock() {
+                arenas.push(arena);
+            }
             self.watch.advance(cell.count());
             return Ok(());
         }
@@ -199,10 +177,12 @@ impl Descent<'_> {
             ids.shrink_to_fit();
             cells.push((ids, next));
         }
-        self.arenas.leave(arena);
+        if let Ok(mut arenas) = self.arenas.lock() {
+            arenas.push(arena);
+        }
         drop(list);
         part.finish()?;
-        cells.into_par_iter().with_max_len(1).try_for_each(|(ids, next)| self.top(sink, ids, kind, next))?;
+        cells.into_par_iter().try_for_each(|(ids, next)| self.top(sink, ids, kind, next))?;
         self.budget.give(bytes);
         Ok(())
     }
