@@ -30,6 +30,7 @@ __all__ = [
     "texture_slopes",
     "texture_sparse",
     "texture_table",
+    "texture_unfolded",
     "threads",
     "trace",
     "trace_camera",
@@ -249,6 +250,14 @@ def texture_sparse(
 def texture_table(node: Node, first: SupportsIndex, last: SupportsIndex) -> tuple[Incomplete, Incomplete]:
     """
     Where a sparse texture's bricks `first` to `last` (not included) are, and what those without nodes hold.
+    """
+
+def texture_unfolded(
+    node: Node, first: SupportsIndex, last: SupportsIndex, swept: Incomplete | None, beside: Incomplete | None
+) -> Incomplete:
+    """
+    Layers `first` to `last` (not included) of a sparse texture made dense, flat: swept upwards, or those that this gave
+    swept downwards; `beside` is the last layer that the same sweep has made.
     """
 
 def threads() -> int:

@@ -14,14 +14,14 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 @contextmanager
 def atomic(path: PathLike) -> Iterator[IO[bytes]]:
-    """A file beside the target to write to; at the end it is flushed to the disk and renamed over the target."""
+    """A file beside the target to write to, and to read back; at the end it is flushed to the disk and renamed over the target."""
     target = os.path.abspath(os.fspath(path))
     folder, name = os.path.split(target)
     temporary = os.path.join(folder, f".{name}.{os.getpid()}.part")
     if not os.path.isdir(folder):
         raise MissingFileError(f"no folder {folder!r} to write {name!r} to")
     try:
-        with open(temporary, "wb") as file:
+        with open(temporary, "w+b") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())

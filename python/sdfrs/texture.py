@@ -271,7 +271,8 @@ class SdfTexture(Shape):
     def save(self, path: PathLike) -> None:
         """Writes the texture, whole or not at all: .npz (`sdfrs.load` reads it), .raw with a .json beside it, or .vol.
 
-        .raw and .vol (Mitsuba's grid volume) take dense samples in float32: a sparse texture is made dense first.
+        .raw and .vol (Mitsuba's grid volume) take dense samples: a sparse texture's are those of `to_dense`, in slabs, so that
+        there need not be memory for all of them.
         Raises: SceneError for another ending; OSError where the file cannot be written. See docs/texture-format.md.
 
         Examples:

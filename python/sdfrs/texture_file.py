@@ -150,31 +150,50 @@ def _text(text: str) -> _Part:
 
 def _save_raw(texture: SdfTexture, path: PathLike) -> None:
     """Samples alone, and a header of the same name that ends in .json."""
-    dense = texture.to_dense()
-    lo, hi = dense.bounds
-    kind = dense.dtype.newbyteorder("<")
+    lo, hi = texture.bounds
+    kind = np.dtype("<f4") if texture.sparse else texture.dtype.newbyteorder("<")
     header = {
         "sdfrs_texture_raw": VERSION, "data": os.path.basename(os.fspath(path)), "dtype": str(np.dtype(kind).str),
-        "order": "zyx, x fastest", "shape": list(dense.shape_zyx), "lo": list(lo), "hi": list(hi),
-        "spacing": list(dense.spacing), "max_error": dense.max_error,
+        "order": "zyx, x fastest", "shape": list(texture.shape_zyx), "lo": list(lo), "hi": list(hi),
+        "spacing": list(texture.spacing), "max_error": texture.max_error,
     }  # fmt: skip
     # Both are whole before either takes its place.
     with atomic(os.path.splitext(os.fspath(path))[0] + ".json") as head, atomic(path) as file:
         head.write(json.dumps(header, indent=1).encode())
-        for slab in _samples(dense).bytes():
-            file.write(slab)
+        _write_dense(texture, file, kind)
 
 
 def _save_vol(texture: SdfTexture, path: PathLike) -> None:
     """Mitsuba's binary grid volume, version 3, float32, one channel; its box is that of the outermost nodes."""
-    dense = texture.to_dense()
-    nz, ny, nx = dense.shape_zyx
-    lo, hi = dense.bounds
-    samples = dataclasses.replace(_samples(dense), dtype=np.dtype(np.float32))
+    nz, ny, nx = texture.shape_zyx
+    lo, hi = texture.bounds
     with atomic(path) as file:
         file.write(b"VOL\x03" + struct.pack("<iiiii6f", 1, nx, ny, nz, 1, *lo, *hi))
-        for slab in samples.bytes():
+        _write_dense(texture, file, np.dtype("<f4"))
+
+
+def _write_dense(texture: SdfTexture, file: IO[bytes], kind: np.dtype[Any]) -> None:
+    """All samples, x fastest; those of a sparse texture are `to_dense`'s, in slabs: the file holds what one sweep gave the next."""
+    if not texture.sparse:
+        for slab in dataclasses.replace(_samples(texture), dtype=kind).bytes():
             file.write(slab)
+        return
+    nz, ny, nx = texture.shape_zyx
+    start, layer = file.tell(), ny * nx
+    spans = list(_spans(nz, 4 * layer))
+    beside: Optional[npt.NDArray[np.float32]] = None
+    for first, last in spans:
+        values = _core.texture_unfolded(texture._node, first, last, None, beside)
+        file.write(values.astype(kind, copy=False).data)
+        beside = values[-layer:].copy()
+    beside = None
+    for first, last in reversed(spans):
+        file.seek(start + 4 * layer * first)
+        swept = np.frombuffer(file.read(4 * layer * (last - first)), kind).astype(np.float32, copy=False)
+        values = _core.texture_unfolded(texture._node, first, last, swept, beside)
+        file.seek(start + 4 * layer * first)
+        file.write(values.astype(kind, copy=False).data)
+        beside = values[:layer].copy()
 
 
 def load_npz(path: PathLike) -> SdfTexture:

@@ -27,6 +27,7 @@ ROOMS = {
     "sdfrs-mesh": [
         ["error"],
         ["mesh"],
+        ["select"],
         ["read", "check"],
         ["sign"],
         ["lanes", "budget", "exact", "error_bound", "shared"],

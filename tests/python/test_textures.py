@@ -285,6 +285,23 @@ def test_files_are_written_in_slabs(tmp_path, ending):
     assert tex.nbytes > 25e6 and most < 10e6, (tex.nbytes, most)
 
 
+@pytest.mark.parametrize("ending", ["raw", "vol"])
+def test_a_sparse_texture_is_never_whole_in_memory(tmp_path, monkeypatch, ending):
+    tex = sdfrs.sphere(0.9).to_texture((130, 100, 90), bounds=BOX, sparse=True)
+    want = tex.to_dense().values.tobytes()
+    refuse = lambda *args: pytest.fail("made dense in memory")  # noqa: E731
+    monkeypatch.setattr(_core, "texture_changed", refuse)
+    monkeypatch.setattr("sdfrs.texture_file._SLAB", 1 << 17)
+    tracemalloc.start()
+    try:
+        tex.save(tmp_path / f"t.{ending}")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert (tmp_path / f"t.{ending}").read_bytes()[48 if ending == "vol" else 0 :] == want
+    assert most < len(want) / 4, (most, len(want))
+
+
 def test_a_missing_folder_or_file_is_an_error_of_ours(tmp_path):
     for call in (
         lambda: made("dense").save(tmp_path / "no" / "t.npz"),

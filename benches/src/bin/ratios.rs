@@ -3,7 +3,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use sdfrs_benches::tables::limits;
-use sdfrs_benches::tables::{eval, trace};
+use sdfrs_benches::tables::{eval, texture, trace};
 
 /// A table's name and what prints it.
 const TABLES: &[(&str, fn())] = &[
@@ -15,6 +15,7 @@ const TABLES: &[(&str, fn())] = &[
     ("packets", trace::packets),
     ("growth", trace::growth),
     ("threads", trace::threads),
+    ("texture", texture::texture),
     ("parts", trace::parts),
     #[cfg(target_arch = "x86_64")]
     ("arithmetic", limits::arithmetic),

@@ -3,6 +3,7 @@
 pub mod eval;
 #[cfg(target_arch = "x86_64")]
 pub mod limits;
+pub mod texture;
 pub mod trace;
 
 /// Seconds each rival gets for points.

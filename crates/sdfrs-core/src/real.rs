@@ -137,7 +137,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     fn is_nan(self) -> bool;
     /// A crowd's tree in this precision.
     fn levels(crowd: &Crowd) -> &Levels<Self>;
-    /// The number of a cell: a whole number from 0 to 2^20.
+    /// The number of a cell: a whole number from 0 to 2^20, read from its digits next to a larger power of two (a
+    /// conversion would ask whether it fits, lane by lane).
     fn cell(self) -> u32;
 }
 
@@ -170,7 +171,8 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn cell(self) -> u32 {
-                self as i32 as u32
+                const UNITS: $t = (1u64 << (<$t>::MANTISSA_DIGITS - 1)) as $t;
+                (self + UNITS).to_bits() as u32 & 0x3f_ffff
             }
         }
 

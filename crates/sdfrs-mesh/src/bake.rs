@@ -114,15 +114,26 @@ pub fn bake(mesh: &Mesh, settings: &Settings, watch: &dyn Watch) -> Result<Baked
         Some(layout) => layout,
         None => layout::around(settings, findings.bounds)?,
     };
-    let signs = Signs::until(&checked, &findings, settings.sign, watch)?;
     let mut job = Job::new(&checked, &layout, settings, &budget, watch)?;
     job.closed = findings.closed() && findings.needle_faces == 0;
-    let descent = job.descent(&signs, watch)?;
+    // Neighbours are looked for by one thread, and the other has something to do meanwhile.
+    let (signs, prepared) =
+        rayon::join(|| Signs::until(&checked, &findings, settings.sign, watch), || job.prepare(watch));
+    let (signs, prepared) = (signs?, prepared?);
+    let descent = job.descent(prepared, &signs, watch);
     let values = if settings.sparse { job.sparse(descent, &signs)? } else { job.dense(descent, &signs)? };
     let confidence = if settings.confidence { Some(job.confidence(&signs, watch)?) } else { None };
     let (method, why, max_error) = (signs.method(), signs.why(), job.max_error);
     let Layout { dims, lo, hi } = layout;
     Ok(Baked { dims: dims.map(u64::from), lo, hi, values, confidence, findings, method, why, max_error })
+}
+
+/// The mesh's triangles as the descent wants them.
+struct Prepared {
+    tris: Vec<Tri>,
+    slabs: Vec<Slab>,
+    /// The mesh's face behind each triangle.
+    faces: Vec<u32>,
 }
 
 /// How large things are in the descent's frame.
@@ -229,18 +240,24 @@ impl<'a> Job<'a> {
         })
     }
 
-    fn descent<'s>(&'s self, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Result<Descent<'s>, MeshError> {
+    /// Triangles in the descent's frame and order.
+    fn prepare(&self, watch: &dyn Watch) -> Result<Prepared, MeshError> {
         let faces = self.mesh.faces.len();
         let each = size_of::<Tri>() + size_of::<Slab>() / clusters::CLUSTER + 4 + 16;
         self.budget.take((faces * each) as u64, "triangles in their frames")?;
         let corners = |f: usize| self.mesh.faces[f].map(|v| self.grid.frame(self.mesh.vertices[v as usize]));
         let order = clusters::order(corners, faces, watch)?;
         let (tris, slabs) = prepare(self.mesh, &self.grid, &order, watch)?;
+        Ok(Prepared { tris, slabs, faces: order })
+    }
+
+    fn descent<'s>(&'s self, prepared: Prepared, signs: &'s Signs<'s>, watch: &'s dyn Watch) -> Descent<'s> {
+        let Prepared { tris, slabs, faces } = prepared;
         let band = f64::from(self.band) / f64::from(self.scale);
-        Ok(Descent {
+        Descent {
             tris,
             slabs,
-            faces: order,
+            faces,
             mesh: self.mesh,
             grid: &self.grid,
             kernels: Kernels::of(self.settings.isa.unwrap_or_else(isa)),
@@ -253,7 +270,7 @@ impl<'a> Job<'a> {
             budget: self.budget,
             watch,
             arenas: Mutex::new(Vec::new()),
-        })
+        }
     }
 
     /// Winding numbers and parity need no nearest triangle, and come after the distances.

@@ -15,6 +15,7 @@ mod weld;
 
 use crate::{Mesh, MeshError, Pulse, Watch};
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub(crate) use edges::{Edges, NONE};
 use frame::{Flat, Frame, flatness};
@@ -23,6 +24,9 @@ use frame::{Flat, Frame, flatness};
 pub const MAX_FACES: u64 = (u32::MAX / 3) as u64;
 /// The most vertices: an edge's two and its direction have to fit 64 bits with its number.
 pub const MAX_VERTICES: u64 = (u32::MAX / 2) as u64;
+
+/// Faces that a task looks at.
+const CHUNK: usize = 4096;
 
 /// A mesh to be believed, in the unit frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,9 +108,12 @@ pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings)
     let mut pulse = Pulse::new(watch);
     let pulse = &mut pulse;
     believe(mesh, pulse)?;
-    let mut faces = mesh.faces.clone();
-    pulse.ask()?;
-    let used = frame::used(mesh, &faces);
+    let mut faces = Vec::with_capacity(mesh.faces.len());
+    for part in mesh.faces.chunks(CHUNK) {
+        pulse.ask()?;
+        faces.extend_from_slice(part);
+    }
+    let used = frame::used(mesh, &faces, pulse)?;
     pulse.ask()?;
     let mut bounds = frame::bounds(mesh, &used);
     pulse.ask()?;
@@ -114,7 +121,7 @@ pub fn check_until(mesh: &Mesh, watch: &dyn Watch) -> Result<(Checked, Findings)
     if pass.degenerate() > 0 {
         // A face without area mustn't stretch the frame either.
         faces.retain(|f| flatness(&f.map(|v| mesh.vertices[v as usize])) == Flat::No);
-        let used = frame::used(mesh, &faces);
+        let used = frame::used(mesh, &faces, pulse)?;
         let kept = frame::bounds(mesh, &used);
         if !faces.is_empty() && kept != bounds {
             bounds = kept;
@@ -191,16 +198,31 @@ impl Pass {
             needles: Vec::new(),
             collapsed: (mesh.faces.len() - faces.len()) as u64,
         };
-        for face in faces {
+        let flat = pass.flat(faces, &weld.of, pulse)?;
+        for (face, flat) in faces.iter().zip(flat) {
             pulse.beat()?;
             let f = face.map(|v| weld.of[v as usize]);
-            match flatness(&f.map(|v| pass.vertices[v as usize])) {
+            match flat {
                 Flat::No => pass.kept.push(f),
                 Flat::Needle => pass.needles.push(f),
                 Flat::Collapsed => pass.collapsed += 1,
             }
         }
         Ok(pass)
+    }
+
+    /// What each face is; `of` names its welded vertices.
+    fn flat(&self, faces: &[[u32; 3]], of: &[u32], pulse: &Pulse) -> Result<Vec<Flat>, MeshError> {
+        let mut flat = vec![Flat::No; faces.len()];
+        faces.par_chunks(CHUNK).zip(flat.par_chunks_mut(CHUNK)).try_for_each(|(faces, flat)| {
+            pulse.ask()?;
+            for (&[a, b, c], flat) in faces.iter().zip(flat) {
+                let corner = |v: u32| self.vertices[of[v as usize] as usize];
+                *flat = flatness(&[corner(a), corner(b), corner(c)]);
+            }
+            Ok(())
+        })?;
+        Ok(flat)
     }
 
     fn degenerate(&self) -> u64 {
@@ -215,8 +237,17 @@ impl Pass {
     ) -> Result<(Checked, Findings), MeshError> {
         let needles = std::mem::take(&mut self.needles);
         let degenerate = self.collapsed + needles.len() as u64;
-        let edges = survey::survey(&mut self.kept, &needles, self.vertices.len(), pulse)?;
-        let components = weld::components(&self.kept, self.vertices.len(), pulse)?;
+        let (count, mut one, mut other) = (self.vertices.len(), pulse.another(), pulse.another());
+        // Duplicates connect what is connected already.
+        let (edges, components) = rayon::join(
+            || survey::survey(&self.kept, &needles, count, &mut one),
+            || weld::components(&self.kept, count, &mut other),
+        );
+        let ((edges, dropped), components) = (edges?, components?);
+        if edges.duplicates > 0 {
+            let mut dropped = dropped.into_iter();
+            self.kept.retain(|_| dropped.next() != Some(true));
+        }
         let volume = volume(&self.vertices, &self.kept);
         pulse.ask()?;
         let findings = Findings {
@@ -244,14 +275,13 @@ impl Pass {
     }
 }
 
-/// By tetrahedra from the origin, which is the middle of the box.
+/// By tetrahedra from the origin, which is the middle of the box. Summed by parts of one size: the same bits for any number
+/// of threads.
 fn volume(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> f64 {
-    let sum: f64 = faces
-        .iter()
-        .map(|f| {
-            let [a, b, c] = f.map(|v| DVec3::from(vertices[v as usize]));
-            a.dot(b.cross(c))
-        })
-        .sum();
-    sum / 6.0
+    let six = |f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| DVec3::from(vertices[v as usize]));
+        a.dot(b.cross(c))
+    };
+    let parts: Vec<f64> = faces.par_chunks(CHUNK).map(|part| part.iter().map(six).sum()).collect();
+    parts.iter().sum::<f64>() / 6.0
 }

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::{MeshError, Watch};
+use crate::{MeshError, Pulse, Watch, select::select};
 
 /// Triangles a cluster.
 pub const CLUSTER: usize = 16;
@@ -26,13 +26,17 @@ pub fn order(
     count: usize,
     watch: &dyn Watch,
 ) -> Result<Vec<u32>, MeshError> {
+    let pulse = Pulse::new(watch);
     let mut middles: Vec<Middle> = (0..count)
         .into_par_iter()
         .map(|f| {
+            if f.is_multiple_of(1 << 12) {
+                pulse.ask()?;
+            }
             let [a, b, c] = corners(f);
-            Middle { at: ((a + b + c) / 3.0).as_vec3().to_array(), face: f as u32 }
+            Ok(Middle { at: ((a + b + c) / 3.0).as_vec3().to_array(), face: f as u32 })
         })
-        .collect();
+        .collect::<Result<_, MeshError>>()?;
     split(&mut middles, watch)?;
     Ok(middles.into_iter().map(|m| m.face).collect())
 }
@@ -51,7 +55,7 @@ fn split(part: &mut [Middle], watch: &dyn Watch) -> Result<(), MeshError> {
     let axis = (1..3).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
     let half = (part.len() / 2).next_multiple_of(CLUSTER);
     let before = |a: &Middle, b: &Middle| a.at[axis].total_cmp(&b.at[axis]).then(a.face.cmp(&b.face));
-    part.select_nth_unstable_by(half, before);
+    select(part, half, before, watch)?;
     let (left, right) = part.split_at_mut(half);
     if left.len() < TASK {
         split(left, watch)?;

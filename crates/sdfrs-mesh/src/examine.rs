@@ -11,6 +11,9 @@ use crate::{
 /// Triangles that reach so many half sides of a cell are held against the tangent bound too.
 const LARGE: f32 = 2.0;
 
+/// Lists that take more than a tenth of a millisecond.
+const LONG: usize = 1 << 13;
+
 impl Descent<'_> {
     /// Holds a list against the children: masks of who needs what go to the arena, from `mask` on.
     pub(crate) fn examine(
@@ -21,6 +24,7 @@ impl Descent<'_> {
         mask: usize,
         cell: &Cell,
     ) -> Result<Known, MeshError> {
+        self.ask(list)?;
         let closed = self.bricks && cell.n >= 16;
         let children = self.grid.children(cell, closed);
         let rows = &mut arena.rows[..list.len()];
@@ -29,15 +33,16 @@ impl Descent<'_> {
         let low = match kind {
             Kind::Tris => {
                 let least = self.kernels.measure(&self.tris, list, c, rows);
-                let q = self.kernels.nearest(&self.tris, &least.id, c);
+                let q = self.kernels.nearest(&self.tris, &least.id(), c);
+                self.ask(list)?;
                 self.kernels.keep(&self.tris, list, rows, &self.bound(&children, &q), masks);
                 least.d2
             }
             Kind::Slabs => {
                 let (least, low) = self.kernels.survey(&self.slabs, list, c, rows);
-                let mut q = [Row::ZERO; 3];
+                let (id, mut q) = (least.id(), [Row::ZERO; 3]);
                 for lane in 0..16 {
-                    let corner = self.slabs[least.id[lane] as usize].corner;
+                    let corner = self.slabs[id[lane] as usize].corner;
                     for a in 0..3 {
                         q[a].0[lane] = corner[a];
                     }
@@ -53,6 +58,11 @@ impl Descent<'_> {
         }
         self.decide(arena, list, kind, mask, cell, &mut known)?;
         Ok(known)
+    }
+
+    /// Whether anyone still waits, before something is done with a list that takes a while.
+    pub(crate) fn ask(&self, list: &[u32]) -> Result<(), MeshError> {
+        if list.len() > LONG && self.watch.cancelled() { Err(MeshError::Cancelled) } else { Ok(()) }
     }
 
     fn bound(&self, children: &Children, q: &Points) -> Bound {

@@ -9,15 +9,7 @@
 
 use glam::DVec3;
 
-/// One of the two right triangles: the hypotenuse runs from (w, 0) to (0, h), its normal is (nh, nw).
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C)]
-pub struct Half {
-    pub w: f32,
-    pub nh: f32,
-    pub nw: f32,
-    pub length: f32,
-}
+use crate::lanes::Halves;
 
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(32))]
@@ -26,8 +18,7 @@ pub struct Tri {
     pub origin: [f32; 3],
     /// Rows of the rotation into the frame.
     pub e: [[f32; 3]; 3],
-    /// For x < 0 and x >= 0.
-    pub half: [Half; 2],
+    pub halves: Halves,
     /// The middle of the triangle's box, each axis times its weight (see `Bound`).
     pub mid: [f32; 3],
     /// The largest weighted L1 distance of a corner from the middle, rounded up.
@@ -54,18 +45,13 @@ impl Tri {
         let foot = (c - a).dot(e1).clamp(0.0, base);
         let (height, e2) = upright(c - a, e1, foot);
         let e3 = e1.cross(e2);
-        let half = |w: f64| {
-            let length = w.hypot(height);
-            let (nh, nw) = if length > 0.0 { (height / length, w / length) } else { (1.0, 0.0) };
-            Half { w: w as f32, nh: nh as f32, nw: nw as f32, length: length as f32 }
-        };
         let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
         let mid = (lo + hi) * 0.5;
         let reach = corners.iter().map(|v| ((*v - mid).abs() * weights).element_sum()).fold(0.0, f64::max);
         Self {
             origin: (a + foot * e1).as_vec3().to_array(),
             e: [e1, e2, e3].map(|e| e.as_vec3().to_array()),
-            half: [half(foot), half(base - foot)],
+            halves: Halves::new([base - foot, foot], height),
             mid: (mid * weights).as_vec3().to_array(),
             reach: up(reach),
         }

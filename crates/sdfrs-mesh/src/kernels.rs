@@ -16,12 +16,23 @@ pub type Points = [Row; 3];
 #[derive(Debug, Clone, Copy)]
 pub struct Least {
     pub d2: Row,
-    /// Which item of the table: the bits of a number.
-    pub id: [u32; 16],
+    /// Numbers whose bits say which item of the table.
+    id: Row,
 }
 
 impl Least {
-    const NONE: Self = Self { d2: Row::ZERO, id: [0; 16] };
+    #[inline(always)]
+    fn of<L: Lanes>(d2: L, id: L) -> Self {
+        let mut least = Self { d2: Row::ZERO, id: Row::ZERO };
+        d2.store(&mut least.d2);
+        id.store(&mut least.id);
+        least
+    }
+
+    /// Which item of the table.
+    pub fn id(&self) -> [u32; 16] {
+        self.id.0.map(f32::to_bits)
+    }
 }
 
 /// What a list is held against: an item matters in a cell only if some point of the cell is nearer to it than to `q`.
@@ -72,13 +83,12 @@ fn triangle<L: Lanes>(t: &Tri, p: &[L; 3]) -> L {
     let d = minus(p, &t.origin);
     let (x, y, z) = (dot3(&t.e[0], &d), dot3(&t.e[1], &d), dot3(&t.e[2], &d));
     let zero = L::splat(0.0);
-    let [l, r] = &t.half;
-    let (nh, nw) = (side(x, l.nh, r.nh), side(x, l.nw, r.nw));
+    let [w, nh, nw, length] = L::half(x, &t.halves);
     // k: past the end of the base; across and along: from the hypotenuse's lower end.
-    let k = x.abs().sub(side(x, l.w, r.w));
+    let k = x.abs().sub(w);
     let across = nh.mul(k).add(nw.mul(y));
     let along = nh.mul(y).sub(nw.mul(k));
-    let beyond = along.sub(along.max(zero).min(side(x, l.length, r.length)));
+    let beyond = along.sub(along.max(zero).min(length));
     let u = L::by_sign(y, k, across).max(zero);
     let v = L::by_sign(y, y, beyond);
     z.mul(z).add(u.mul(u).add(v.mul(v)))
@@ -90,12 +100,11 @@ fn closest<L: Lanes>(t: &Tri, p: &[L; 3]) -> [L; 3] {
     let d = minus(p, &t.origin);
     let (x, y) = (dot3(&t.e[0], &d), dot3(&t.e[1], &d));
     let zero = L::splat(0.0);
-    let [l, r] = &t.half;
-    let (nh, nw, w) = (side(x, l.nh, r.nh), side(x, l.nw, r.nw), side(x, l.w, r.w));
+    let [w, nh, nw, length] = L::half(x, &t.halves);
     let u = x.abs();
     let k = u.sub(w);
     let across = nh.mul(k).add(nw.mul(y));
-    let along = nh.mul(y).sub(nw.mul(k)).max(zero).min(side(x, l.length, r.length));
+    let along = nh.mul(y).sub(nw.mul(k)).max(zero).min(length);
     // On the hypotenuse where `across` is positive, else the point itself; on the base for y < 0.
     let (hx, hy) = (w.sub(along.mul(nw)), along.mul(nh));
     let outside = zero.less(across);
@@ -111,12 +120,6 @@ fn back<L: Lanes>(t: &Tri, k: usize, x: L, y: L) -> L {
     L::splat(t.origin[k]).add(x.mul(L::splat(t.e[0][k])).add(y.mul(L::splat(t.e[1][k]))))
 }
 
-/// The half that the sign of `x` says. Functions, not closures: a closure would not be compiled for the instruction set.
-#[inline(always)]
-fn side<L: Lanes>(x: L, l: f32, r: f32) -> L {
-    L::by_sign(x, L::splat(l), L::splat(r))
-}
-
 /// A lower bound of the squared distance of anything in a slab; may be negative.
 #[inline(always)]
 fn slab<L: Lanes>(s: &Slab, p: &[L; 3]) -> L {
@@ -127,7 +130,7 @@ fn slab<L: Lanes>(s: &Slab, p: &[L; 3]) -> L {
 
 /// Squared distances to a list of triangles, all of them in `rows`, and the least.
 #[inline(always)]
-fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row], out: &mut Least) {
+fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row]) -> Least {
     let p = load3::<L>(points);
     let mut best = L::splat(f32::INFINITY);
     let mut id = L::splat(0.0);
@@ -138,29 +141,20 @@ fn measure<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Ro
         best = L::select(nearer, d2, best);
         id = L::select(nearer, L::splat(f32::from_bits(t)), id);
     }
-    least(best, id, out);
-}
-
-/// Writes a part's lanes: the others of a number's bits are 0.
-#[inline(always)]
-fn least<L: Lanes>(best: L, id: L, out: &mut Least) {
-    let mut bits = Row::ZERO;
-    best.store(&mut out.d2);
-    id.store(&mut bits);
-    for (id, bits) in out.id.iter_mut().zip(bits.0) {
-        *id |= bits.to_bits();
-    }
+    Least::of(best, id)
 }
 
 /// The least squared distance to a list of triangles.
 #[inline(always)]
-fn leaf<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points, out: &mut Row) {
+fn leaf<L: Lanes>(tris: &[Tri], list: &[u32], points: &Points) -> Row {
     let p = load3::<L>(points);
     let mut best = L::splat(f32::INFINITY);
     for &t in list {
         best = triangle(&tris[t as usize], &p).min(best);
     }
-    best.store(out);
+    let mut out = Row::ZERO;
+    best.store(&mut out);
+    out
 }
 
 /// Closest points, of a triangle for each lane.
@@ -195,29 +189,59 @@ fn nearest<L: Lanes>(tris: &[Tri], ids: &[u32; 16], points: &Points) -> Points {
     out
 }
 
-/// Which items of a list can matter, one bit a cell; the others' bits are taken from the masks.
+/// Items held against a bound before the tangent bound takes its turn with some of them.
+const TURN: usize = 256;
+
+/// Which items of a list can matter, one bit a cell, by how far they reach. Those that the tangent bound may still drop go
+/// to `large`, by their places in the list; how many these are.
 #[inline(always)]
-fn keep<L: Lanes>(tris: &[Tri], list: &[u32], rows: &[Row], bound: &Bound, masks: &mut [u16]) {
+fn by_reach<L: Lanes>(
+    tris: &[Tri],
+    list: &[u32],
+    rows: &[Row],
+    bound: &Bound,
+    masks: &mut [u16],
+    large: &mut [u8; TURN],
+) -> usize {
     let q = load3::<L>(&bound.q);
-    let c = load3::<L>(&bound.c);
+    let (base, twice) = (L::load(&bound.base), L::load(&bound.twice));
+    let mut count = 0;
+    for (i, ((&t, row), mask)) in list.iter().zip(rows).zip(masks).enumerate() {
+        let t = &tris[t as usize];
+        let most = base.add(twice.mul(apart(&q, &t.mid).add(L::splat(t.reach))));
+        *mask = !L::bits(most.less(L::load(row)));
+        // Without a branch: which triangles are large cannot be guessed.
+        if let Some(place) = large.get_mut(count) {
+            *place = i as u8;
+        }
+        count += usize::from((t.reach > bound.large) & (*mask != 0));
+    }
+    count
+}
+
+/// The plane through a triangle's closest point, at right angles to the way there, has the whole triangle behind it. The
+/// others' bits are taken from the masks.
+#[inline(always)]
+fn by_tangent<L: Lanes>(
+    tris: &[Tri],
+    list: &[u32],
+    rows: &[Row],
+    bound: &Bound,
+    masks: &mut [u16],
+    large: &[u8],
+) {
+    let (c, q) = (load3::<L>(&bound.c), load3::<L>(&bound.q));
     let (base, twice) = (L::load(&bound.base), L::load(&bound.twice));
     let extent2 = L::load(&bound.extent2);
-    for ((&t, row), mask) in list.iter().zip(rows).zip(masks) {
-        let t = &tris[t as usize];
-        let d2 = L::load(row);
-        let reach = apart(&q, &t.mid).add(L::splat(t.reach));
-        let mut most = base.add(twice.mul(reach));
-        if t.reach > bound.large {
-            // The plane through the triangle's closest point, at right angles to the way there, has the whole
-            // triangle behind it.
-            let tc = closest(t, &c);
-            let mut off = tc[0].mul(L::splat(bound.weights[0])).sub(q[0]).abs();
-            for k in 1..3 {
-                off = off.add(tc[k].mul(L::splat(bound.weights[k])).sub(q[k]).abs());
-            }
-            most = base.add(twice.mul(off)).add(extent2).min(most);
+    for &i in large {
+        let i = usize::from(i);
+        let foot = closest(&tris[list[i] as usize], &c);
+        let mut off = foot[0].mul(L::splat(bound.weights[0])).sub(q[0]).abs();
+        for k in 1..3 {
+            off = off.add(foot[k].mul(L::splat(bound.weights[k])).sub(q[k]).abs());
         }
-        *mask &= !L::bits(most.less(d2));
+        let most = base.add(twice.mul(off)).add(extent2);
+        masks[i] &= !L::bits(most.less(L::load(&rows[i])));
     }
 }
 
@@ -244,10 +268,9 @@ fn survey<L: Lanes>(slabs: &[Slab], list: &[u32], points: &Points, rows: &mut [R
         best = L::select(nearer, d2, best);
         id = L::select(nearer, L::splat(f32::from_bits(s)), id);
     }
-    let (mut found, mut out) = (Least::NONE, Row::ZERO);
+    let mut out = Row::ZERO;
     low.store(&mut out);
-    least(best, id, &mut found);
-    (found, out)
+    (Least::of(best, id), out)
 }
 
 /// Which slabs of a list can matter, one bit a cell.
@@ -282,24 +305,20 @@ pub struct Kernels {
 }
 
 macro_rules! versions {
-    ($($(#[$on:meta])? $module:ident $lanes:ident [$($part:ident)*] $features:tt)*) => {$(
+    ($($(#[$on:meta])? $module:ident $lanes:ident $features:tt)*) => {$(
         $(#[$on])?
         #[allow(unsafe_code)]
         mod $module {
-            use super::{Bound, Kernels, Least, Points, Row, Slab, Tri};
+            use super::{Bound, Kernels, Least, Points, Row, Slab, TURN, Tri};
             use crate::lanes::$lanes as L;
 
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn measure(tris: &[Tri], list: &[u32], points: &Points, rows: &mut [Row]) -> Least {
-                let mut out = Least::NONE;
-                $(super::measure::<crate::lanes::$part>(tris, list, points, rows, &mut out);)*
-                out
+                super::measure::<L>(tris, list, points, rows)
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn leaf(tris: &[Tri], list: &[u32], points: &Points) -> Row {
-                let mut out = Row::ZERO;
-                $(super::leaf::<crate::lanes::$part>(tris, list, points, &mut out);)*
-                out
+                super::leaf::<L>(tris, list, points)
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn nearest(tris: &[Tri], ids: &[u32; 16], points: &Points) -> Points {
@@ -307,8 +326,12 @@ macro_rules! versions {
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn keep(tris: &[Tri], list: &[u32], rows: &[Row], bound: &Bound, masks: &mut [u16]) {
-                masks[..list.len()].fill(u16::MAX);
-                $(super::keep::<crate::lanes::$part>(tris, list, rows, bound, masks);)*
+                let turns = list.chunks(TURN).zip(rows.chunks(TURN)).zip(masks.chunks_mut(TURN));
+                for ((list, rows), masks) in turns {
+                    let mut large = [0; TURN];
+                    let count = super::by_reach::<L>(tris, list, rows, bound, masks, &mut large);
+                    super::by_tangent::<L>(tris, list, rows, bound, masks, &large[..count]);
+                }
             }
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
             unsafe fn survey(slabs: &[Slab], list: &[u32], points: &Points, rows: &mut [Row]) -> (Least, Row) {
@@ -328,10 +351,10 @@ macro_rules! versions {
     )*};
 }
 versions! {
-    #[cfg(target_arch = "x86_64")] avx512 Avx512 [Avx512] "avx512f,avx512vl,avx512dq,avx512bw"
-    #[cfg(target_arch = "x86_64")] avx2 Avx2 [Avx2Low Avx2High] "avx2"
-    #[cfg(target_arch = "x86_64")] sse41 Sse41 [Sse41] "sse4.1"
-    baseline Portable [Portable] "sse2"
+    #[cfg(target_arch = "x86_64")] avx512 Avx512 "avx512f,avx512vl,avx512dq,avx512bw"
+    #[cfg(target_arch = "x86_64")] avx2 Avx2 "avx2"
+    #[cfg(target_arch = "x86_64")] sse41 Sse41 "sse4.1"
+    baseline Portable "sse2"
 }
 
 // SAFETY, for all blocks: `of` is the only maker, and never gives an instruction set that the processor lacks.

@@ -12,6 +12,31 @@ impl Row {
     pub const ZERO: Row = Row([0.0; 16]);
 }
 
+/// The two right triangles of a folded one (`frames`), each number first for x >= 0, then for x < 0: the hypotenuse runs
+/// from (w, 0) to (0, h), its normal is (nh, nw). Laid out for the kernels, which pick by the sign of x among four
+/// neighbours.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
+pub struct Halves {
+    /// w, w, nh, nh
+    pub first: [f32; 4],
+    /// nw, nw, length, length
+    pub second: [f32; 4],
+}
+
+impl Halves {
+    pub fn new(widths: [f64; 2], height: f64) -> Self {
+        let mut halves = Self::default();
+        for (side, w) in widths.into_iter().enumerate() {
+            let length = w.hypot(height);
+            let (nh, nw) = if length > 0.0 { (height / length, w / length) } else { (1.0, 0.0) };
+            (halves.first[side], halves.first[2 + side]) = (w as f32, nh as f32);
+            (halves.second[side], halves.second[2 + side]) = (nw as f32, length as f32);
+        }
+        halves
+    }
+}
+
 /// Sixteen lanes in registers. Values are made only inside functions compiled for the instruction set.
 pub trait Lanes: Copy {
     type Mask: Copy;
@@ -26,6 +51,17 @@ pub trait Lanes: Copy {
     fn abs(self) -> Self;
     /// `minus` where the sign bit of `by` is set, else `plus`.
     fn by_sign(by: Self, minus: Self, plus: Self) -> Self;
+    /// w, nh, nw and length of the half that the sign of `x` says.
+    #[inline(always)]
+    fn half(x: Self, h: &Halves) -> [Self; 4] {
+        let ([w, wl, nh, nhl], [nw, nwl, length, lengthl]) = (h.first, h.second);
+        [
+            Self::by_sign(x, Self::splat(wl), Self::splat(w)),
+            Self::by_sign(x, Self::splat(nhl), Self::splat(nh)),
+            Self::by_sign(x, Self::splat(nwl), Self::splat(nw)),
+            Self::by_sign(x, Self::splat(lengthl), Self::splat(length)),
+        ]
+    }
     fn less(self, o: Self) -> Self::Mask;
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// One bit a lane.
@@ -108,26 +144,26 @@ impl Lanes for Portable {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx2High, Avx2Low, Avx512, Sse41};
+pub use x86::{Avx2, Avx512, Sse41};
 
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{Lanes, Row};
+    use super::{Halves, Lanes, Row};
 
-    /// Registers that make up sixteen lanes, or some of them: `$i` numbers them, `$lane` is the first lane of each.
+    /// Registers that make up sixteen lanes: `$i` numbers them, `$lane` is the first lane of each.
     macro_rules! registers {
         ($name:ident $register:ident $count:literal [$($i:literal $lane:literal),*]
          $set1:ident $load:ident $store:ident $add:ident $sub:ident $mul:ident $min:ident $max:ident
-         $and:ident $blend:ident $movemask:ident $less:expr) => {
+         $and:ident $blend:ident $movemask:ident $less:expr; $($more:tt)*) => {
             #[derive(Clone, Copy)]
             pub struct $name([$register; $count]);
 
             // SAFETY, for all blocks: values of this type are made and used only inside functions compiled for the
             // instruction set, which `Kernels::of` hands out where the processor has it; a Row holds sixteen
-            // aligned f32, of which each register takes its own.
+            // aligned f32.
             impl Lanes for $name {
                 type Mask = [$register; $count];
                 #[inline(always)]
@@ -183,26 +219,35 @@ mod x86 {
                 fn bits(mask: Self::Mask) -> u16 {
                     unsafe { 0 $(| ($movemask(mask[$i]) as u16) << ($lane))* }
                 }
+                $($more)*
             }
         };
     }
 
     registers! { Sse41 __m128 4 [0 0, 1 4, 2 8, 3 12]
     _mm_set1_ps _mm_load_ps _mm_store_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_min_ps _mm_max_ps
-    _mm_and_ps _mm_blendv_ps _mm_movemask_ps _mm_cmplt_ps }
-    macro_rules! avx2 {
-        ($($name:ident $count:literal [$($i:literal $lane:literal),*];)*) => {$(
-            registers! { $name __m256 $count [$($i $lane),*]
-            _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps
-            _mm256_max_ps _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ> }
-        )*};
-    }
-    // The halves alone, where both at once would not fit into sixteen registers: they load and store their own lanes.
-    avx2! {
-        Avx2 2 [0 0, 1 8];
-        Avx2Low 1 [0 0];
-        Avx2High 1 [0 8];
-    }
+    _mm_and_ps _mm_blendv_ps _mm_movemask_ps _mm_cmplt_ps; }
+    registers! { Avx2 __m256 2 [0 0, 1 8]
+    _mm256_set1_ps _mm256_load_ps _mm256_store_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_min_ps _mm256_max_ps
+    _mm256_and_ps _mm256_blendv_ps _mm256_movemask_ps _mm256_cmp_ps::<_CMP_LT_OQ>;
+    // Two loads of four numbers, from which lanes pick: by blends it would be eight loads, and more registers than there are.
+    #[inline(always)]
+    fn half(x: Self, h: &Halves) -> [Self; 4] {
+        let [a, b] = x.0;
+        unsafe {
+            let first = _mm256_broadcast_ps(&_mm_loadu_ps(h.first.as_ptr()));
+            let second = _mm256_broadcast_ps(&_mm_loadu_ps(h.second.as_ptr()));
+            let left = [_mm256_srli_epi32::<31>(_mm256_castps_si256(a)), _mm256_srli_epi32::<31>(_mm256_castps_si256(b))];
+            let two = _mm256_set1_epi32(2);
+            let upper = [_mm256_or_si256(left[0], two), _mm256_or_si256(left[1], two)];
+            [
+                Self([_mm256_permutevar_ps(first, left[0]), _mm256_permutevar_ps(first, left[1])]),
+                Self([_mm256_permutevar_ps(first, upper[0]), _mm256_permutevar_ps(first, upper[1])]),
+                Self([_mm256_permutevar_ps(second, left[0]), _mm256_permutevar_ps(second, left[1])]),
+                Self([_mm256_permutevar_ps(second, upper[0]), _mm256_permutevar_ps(second, upper[1])]),
+            ]
+        }
+    } }
 
     #[derive(Clone, Copy)]
     pub struct Avx512(__m512);

@@ -37,6 +37,7 @@ impl Descent<'_> {
             let masks = &arena.masks[mask..mask + count];
             let n = self.kernels.pick(&above[from..end], masks, 3 << (2 * pair), below);
             let mut leaf = Leaf { cell: next, list: [top, top + n], d: [0.0; 16] };
+            self.ask(&below[..n])?;
             let d2 = self.kernels.leaf(&self.tris, &below[..n], &self.grid.leaf(next.origin));
             for lane in 0..16 {
                 leaf.d[lane] = d2.0[lane].sqrt();

@@ -28,6 +28,7 @@ mod leaves;
 pub mod mesh;
 mod pick;
 pub mod read;
+mod select;
 mod shared;
 mod sides;
 pub mod sign;

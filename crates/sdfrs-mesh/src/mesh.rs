@@ -32,11 +32,26 @@ impl<'w> Pulse<'w> {
         Self { watch, turns: 0 }
     }
 
+    /// One for a task of its own.
+    pub fn another(&self) -> Self {
+        Self::new(self.watch)
+    }
+
     /// One turn.
     #[inline(always)]
     pub fn beat(&mut self) -> Result<(), MeshError> {
         self.turns = self.turns.wrapping_add(1);
         if self.turns.is_multiple_of(8192) { self.ask() } else { Ok(()) }
+    }
+
+    /// `n` times the same: the system takes its time with the pages of very many.
+    pub fn filled<T: Copy>(&self, value: T, n: usize) -> Result<Vec<T>, MeshError> {
+        let mut all = Vec::with_capacity(n);
+        while all.len() < n {
+            self.ask()?;
+            all.resize(n.min(all.len() + (1 << 19)), value);
+        }
+        Ok(all)
     }
 
     /// A step after which it is time in any case.

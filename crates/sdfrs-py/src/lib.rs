@@ -48,7 +48,7 @@ mod _core {
         set_threads, simd_level,
         texture::{
             most_bytes, texture_changed, texture_dense, texture_facts, texture_of_shape, texture_samples,
-            texture_scale, texture_slopes, texture_sparse, texture_table,
+            texture_scale, texture_slopes, texture_sparse, texture_table, texture_unfolded,
         },
         threads,
         trace::{render, trace, trace_camera},

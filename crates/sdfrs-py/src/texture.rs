@@ -10,7 +10,7 @@ use sdfrs::texture::{Stored, from_shape};
 use sdfrs_core::{
     Grid, GridValues, SceneError, Shape,
     bake::{Plan, total},
-    grid::{BrickValues, Bricks, Claim, Stepping, Store, bricks_along, f16, slope::BLOCK},
+    grid::{BrickValues, Bricks, Claim, Stepping, Store, Sweep, bricks_along, f16, slope::BLOCK},
 };
 use sdfrs_trace::budget::physical_memory;
 
@@ -206,6 +206,28 @@ pub fn texture_samples<'py>(
             BrickValues::U8 { codes, .. } => part(py, codes, BLOCK, span),
         },
     }
+}
+
+/// Layers `first` to `last` (not included) of a sparse texture made dense, flat: swept upwards, or those that this gave
+/// swept downwards; `beside` is the last layer that the same sweep has made.
+#[pyfunction]
+pub fn texture_unfolded<'py>(
+    py: Python<'py>,
+    node: &Bound<'py, Node>,
+    first: usize,
+    last: usize,
+    swept: Option<PyReadonlyArray1<'py, f32>>,
+    beside: Option<PyReadonlyArray1<'py, f32>>,
+) -> PyResult<Numbers<'py>> {
+    let grid = node.get().grid()?;
+    let span = within(first..last, grid.dims()[2]);
+    let (mut values, way) = match &swept {
+        Some(swept) => (swept.as_slice()?.to_vec(), Sweep::Down),
+        None => (vec![0.0; grid.dims()[0] * grid.dims()[1] * span.len()], Sweep::Up),
+    };
+    let beside = beside.as_ref().map(|beside| beside.as_slice()).transpose()?;
+    grid.unfold_layers(span.start, &mut values, beside, way).map_err(Fault::from)?;
+    Ok(flat(py, values))
 }
 
 /// A span of what there are `all` of.

@@ -83,7 +83,6 @@ fn points<S: Scalar>(rows: &[f64]) -> Vec<[S; 3]> {
             })
         })
     };
-    let mut point = point;
     (0..1500).map(point).collect()
 }
 

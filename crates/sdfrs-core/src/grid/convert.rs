@@ -1,6 +1,6 @@
 //! One kind of grid from another: halves, bytes, and dense ones from sparse ones.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use super::{
     BRICK, Bricks, Claim, Grid, GridValues, Store, bricks_along,
@@ -8,6 +8,13 @@ use super::{
     slope::NODES,
 };
 use crate::{error::SceneError, real::Scalar};
+
+/// Which way through the layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sweep {
+    Up,
+    Down,
+}
 
 impl Grid {
     /// The same grid rounded to halves; the claim's error grows by the largest rounding.
@@ -66,17 +73,59 @@ impl Grid {
         Ok(Grid { stepping: self.stepping, ..grid })
     }
 
-    /// All nodes: kept ones as they are, the others by `max(far, neighbour - distance)`, in two sweeps of
-    /// 13 neighbours each. The field has slope `s` at most, so its magnitude is at least that.
+    /// All nodes of a sparse grid.
     fn unfold(&self, bricks: &Bricks) -> Result<Vec<f32>, SceneError> {
-        let [nx, ny, nz] = self.dims;
         let mut out = Vec::new();
-        reserve(&mut out, nx * ny * nz)?;
-        out.resize(nx * ny * nz, 0f32);
-        let mut free = Vec::new();
-        reserve(&mut free, nx * ny * nz)?;
-        free.resize(nx * ny * nz, true);
-        self.scatter(bricks, &mut out, &mut free);
+        reserve(&mut out, self.dims.iter().product())?;
+        out.resize(self.dims.iter().product(), 0f32);
+        let layers = 0..self.dims[2];
+        self.scatter(bricks, layers.clone(), &mut out);
+        self.sweep(bricks, layers.clone(), &mut out, None, Sweep::Up)?;
+        self.sweep(bricks, layers, &mut out, None, Sweep::Down)?;
+        Ok(out)
+    }
+
+    /// The layers from `first` on of what `to_dense` makes of a sparse grid, for those who have no room for all: once
+    /// upwards, layer after layer, then with what that gave downwards, from the last. `beside` is the layer before, or the
+    /// one after, as this made it. Nothing where there is no such layer, or for a dense grid.
+    pub fn unfold_layers(
+        &self,
+        first: usize,
+        values: &mut [f32],
+        beside: Option<&[f32]>,
+        way: Sweep,
+    ) -> Result<(), SceneError> {
+        let (layer, Store::Sparse(bricks)) = (self.dims[0] * self.dims[1], &self.store) else {
+            return Ok(());
+        };
+        let count = values.len() / layer;
+        let fits =
+            values.len() == count * layer && first.checked_add(count).is_some_and(|n| n <= self.dims[2]);
+        if !fits || beside.is_some_and(|beside| beside.len() != layer) {
+            let message = format!(
+                "{} values from layer {first} on, allowed: whole ones of {layer}, {} in all",
+                values.len(),
+                self.dims[2]
+            );
+            return Err(SceneError::new("texture", message));
+        }
+        if way == Sweep::Up {
+            self.scatter(bricks, first..first + count, values);
+        }
+        self.sweep(bricks, first..first + count, values, beside, way)
+    }
+
+    /// Kept nodes stay as they are, the others become `max(far, neighbour - distance)`, in two sweeps of 13 neighbours
+    /// each. The field has slope `s` at most, so its magnitude is at least that.
+    fn sweep(
+        &self,
+        bricks: &Bricks,
+        layers: Range<usize>,
+        values: &mut [f32],
+        beside: Option<&[f32]>,
+        way: Sweep,
+    ) -> Result<(), SceneError> {
+        let [nx, ny, _] = self.dims;
         let slope = self.claim.lipschitz.unwrap_or(self.slopes.s);
         let steps: Vec<([isize; 3], f32)> = (0..13)
             .map(|k: isize| {
@@ -85,45 +134,87 @@ impl Grid {
                 (d, (slope * long) as f32)
             })
             .collect();
-        let mut sweep = |sign: isize| {
-            for i in 0..nx * ny * nz {
-                let i = if sign > 0 { i } else { nx * ny * nz - 1 - i };
+        let mut free = Vec::new();
+        reserve(&mut free, nx * ny)?;
+        let sign = if way == Sweep::Up { 1 } else { -1 };
+        for turn in 0..layers.len() {
+            let own = if way == Sweep::Up { turn } else { layers.len() - 1 - turn };
+            self.free(bricks, layers.start + own, &mut free);
+            // The layer that is done already, and this one.
+            let (done, rest) = match way {
+                Sweep::Up => {
+                    let (below, rest) = values.split_at_mut(own * nx * ny);
+                    (if own > 0 { Some(&below[(own - 1) * nx * ny..]) } else { beside }, rest)
+                }
+                Sweep::Down => {
+                    let (rest, above) = values.split_at_mut((own + 1) * nx * ny);
+                    let done = if turn > 0 { Some(&above[..nx * ny]) } else { beside };
+                    (done, &mut rest[own * nx * ny..])
+                }
+            };
+            let out = &mut rest[..nx * ny];
+            for i in 0..nx * ny {
+                let i = if sign > 0 { i } else { nx * ny - 1 - i };
                 if !free[i] {
                     continue;
                 }
-                let at = [i % nx, i / nx % ny, i / nx / ny].map(|v| v as isize);
+                let at = [i % nx, i / nx].map(|v| v as isize);
                 let mut best = out[i].abs();
                 for (d, long) in &steps {
-                    let q: [isize; 3] = std::array::from_fn(|a| at[a] + sign * d[a]);
-                    if (0..3).all(|a| q[a] >= 0 && (q[a] as usize) < self.dims[a]) {
-                        let j = q[0] as usize + nx * (q[1] as usize + ny * q[2] as usize);
-                        best = best.max(out[j].abs() - long);
+                    let q: [isize; 2] = std::array::from_fn(|a| at[a] + sign * d[a]);
+                    let inside = (0..2).all(|a| q[a] >= 0 && (q[a] as usize) < self.dims[a]);
+                    let from = if d[2] == 0 { Some(&*out) } else { done };
+                    if let Some(from) = from.filter(|_| inside) {
+                        best = best.max(from[q[0] as usize + nx * q[1] as usize].abs() - long);
                     }
                 }
                 out[i] = best.copysign(out[i]);
             }
-        };
-        sweep(1);
-        sweep(-1);
-        Ok(out)
+        }
+        Ok(())
+    }
+
+    /// The bricks that have nodes of a layer, by their place.
+    fn bricks_of(&self, z: usize) -> impl Iterator<Item = (usize, [usize; 3])> + '_ {
+        let count = bricks_along(self.dims);
+        // The first layer of a brick is the last one of the brick before.
+        let from = if z.is_multiple_of(BRICK) { (z / BRICK).saturating_sub(1) } else { z / BRICK };
+        (from..=(z / BRICK).min(count[2] - 1)).flat_map(move |k| {
+            (0..count[0] * count[1]).map(move |i| {
+                let first = [i % count[0], i / count[0], k].map(|b| b * BRICK);
+                (i + count[0] * count[1] * k, first)
+            })
+        })
+    }
+
+    /// Which nodes of a layer no brick keeps.
+    fn free(&self, bricks: &Bricks, z: usize, free: &mut Vec<bool>) {
+        let [nx, ny, _] = self.dims;
+        free.clear();
+        free.resize(nx * ny, true);
+        for (_, first) in self.bricks_of(z).filter(|(i, _)| bricks.slot(*i).is_some()) {
+            for y in first[1]..ny.min(first[1] + NODES) {
+                free[nx * y + first[0]..nx * y + nx.min(first[0] + NODES)].fill(false);
+            }
+        }
     }
 
     /// Far values and kept nodes, each to its place; a node of both kinds of bricks is a kept one.
-    fn scatter(&self, bricks: &Bricks, out: &mut [f32], free: &mut [bool]) {
-        let ([nx, ny, nz], count) = (self.dims, bricks_along(self.dims));
-        for keep in [false, true] {
-            for i in (0..bricks.words().len()).filter(|&i| bricks.slot(i).is_some() == keep) {
-                let first =
-                    [i % count[0], i / count[0] % count[1], i / count[0] / count[1]].map(|b| b * BRICK);
-                let far = bricks.words()[i].value();
-                for z in first[2]..nz.min(first[2] + NODES) {
+    fn scatter(&self, bricks: &Bricks, layers: Range<usize>, out: &mut [f32]) {
+        let [nx, ny, _] = self.dims;
+        for z in layers.clone() {
+            let out = &mut out[(z - layers.start) * nx * ny..][..nx * ny];
+            out.fill(0.0);
+            for keep in [false, true] {
+                for (i, first) in self.bricks_of(z).filter(|(i, _)| bricks.slot(*i).is_some() == keep) {
+                    let far = bricks.words()[i].value();
                     for y in first[1]..ny.min(first[1] + NODES) {
                         for x in first[0]..nx.min(first[0] + NODES) {
-                            let to = x + nx * (y + ny * z);
+                            let to = &mut out[x + nx * y];
                             let node = (x - first[0]) + NODES * ((y - first[1]) + NODES * (z - first[2]));
                             match bricks.slot(i) {
-                                Some(slot) => (out[to], free[to]) = (bricks.node(slot, node), false),
-                                None if far.abs() > out[to].abs() => out[to] = far,
+                                Some(slot) => *to = bricks.node(slot, node),
+                                None if far.abs() > to.abs() => *to = far,
                                 None => {}
                             }
                         }

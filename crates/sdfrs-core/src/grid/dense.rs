@@ -13,7 +13,7 @@ use half::{
 use rayon::prelude::*;
 
 use super::place;
-use crate::{error::SceneError, pool, real::Scalar};
+use crate::{error::SceneError, lane, pool, real::Scalar};
 
 /// Node values as they were given; nothing is rounded on the way in.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,12 +26,29 @@ pub enum GridValues {
 /// A number that samples are stored as.
 pub trait Sample: Copy + Send + Sync {
     fn wide<T: Scalar>(self) -> T;
+
+    /// Two neighbours in each of four places: the first ones, and the second ones.
+    ///
+    /// # Safety
+    /// Each place and the next one exist.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn pairs(row: &[Self], at: [usize; 4]) -> [[Self; 4]; 2] {
+        // SAFETY: the caller's promise.
+        unsafe { lane::pairs(row, at) }
+    }
 }
 
 impl Sample for f32 {
     #[inline(always)]
     fn wide<T: Scalar>(self) -> T {
         T::of(f64::from(self))
+    }
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    unsafe fn pairs(row: &[Self], at: [usize; 4]) -> [[Self; 4]; 2] {
+        // SAFETY: the caller's promise.
+        unsafe { lane::pairs_f32(row, at) }
     }
 }
 

@@ -16,6 +16,7 @@ pub mod voxel;
 
 use crate::error::SceneError;
 pub use bricks::{BrickValues, Bricks, Word};
+pub use convert::Sweep;
 pub use dense::GridValues;
 pub use half::f16;
 use slope::Slopes;

@@ -1,8 +1,9 @@
 //! Values and slopes at points, one point or a pack of them at a time.
 //!
-//! Positions and interpolation run over all lanes; corners are fetched lane by lane, two neighbours
-//! along x at a time, which is one load of 8 bytes for f32 (EVALUATOR 7: gathers are slower). A point alone
-//! is a pack of one, so both have the same bits. Law: `tests::packs_and_points_agree`.
+//! Positions and interpolation run over all lanes, one operation at a time (loops over axes and lanes at once become
+//! vectors of three axes); corners are fetched lane by lane, two neighbours along x at a time, which is one load of 8
+//! bytes for f32 (`lane::neighbours`). A point alone is a pack of one, so both have the same bits.
+//! Law: `tests::packs_and_points_agree`.
 
 use half::f16;
 
@@ -13,13 +14,16 @@ use super::{
     dense::Sample,
     slope::{BLOCK, NODES, Rule},
 };
-use crate::real::Scalar;
+use crate::{
+    lane::{Pack, neighbours},
+    real::{Real, Scalar},
+};
 
 /// Where points lie: cell, position in it, and what is left outside of the box.
 struct Place<T, const W: usize> {
     cell: [[u32; W]; 3],
-    f: [[T; W]; 3],
-    outside: [[T; W]; 3],
+    f: [Pack<T, W>; 3],
+    outside: [Pack<T, W>; 3],
 }
 
 /// A cell's corners: x fastest, then y, then z.
@@ -28,24 +32,30 @@ type Corners<T, const W: usize> = [[T; W]; 8];
 impl Grid {
     #[inline(always)]
     fn locate<T: Scalar, const W: usize>(&self, p: [[T; W]; 3]) -> Place<T, W> {
-        let zero = T::of(0.0);
-        let mut place = Place { cell: [[0; W]; 3], f: [[zero; W]; 3], outside: [[zero; W]; 3] };
-        for a in 0..3 {
-            let (lo, hi, h) = (T::of(self.lo[a]), T::of(self.hi[a]), T::of(self.spacing[a]));
-            let last = T::of((self.dims[a] - 2) as f64);
-            for i in 0..W {
-                let v = p[a][i];
-                let q = T::select_lt(v, lo, lo, T::select_lt(hi, v, hi, v));
-                let u = (q - lo) / h;
-                // A NaN becomes cell 0 and stays NaN in the weights.
-                let n = T::select_lt(u.floor(), last, u.floor(), last);
-                let n = T::select_lt(n, zero, zero, n);
-                place.cell[a][i] = n.cell();
-                place.f[a][i] = u - n;
-                place.outside[a][i] = v - q;
-            }
+        // Written out: as a loop LLVM makes vectors of three axes of it, sixteen times.
+        let [x, y, z] = [self.along(0, Pack(p[0])), self.along(1, Pack(p[1])), self.along(2, Pack(p[2]))];
+        Place { cell: [x.0, y.0, z.0], f: [x.1, y.1, z.1], outside: [x.2, y.2, z.2] }
+    }
+
+    /// The same along one axis.
+    #[inline(always)]
+    fn along<T: Scalar, const W: usize>(
+        &self,
+        a: usize,
+        v: Pack<T, W>,
+    ) -> ([u32; W], Pack<T, W>, Pack<T, W>) {
+        let (zero, lo, hi) = (Pack::c(0.0), Pack::c(self.lo[a]), Pack::c(self.hi[a]));
+        let q = Pack::select_lt(v, lo, lo, Pack::select_lt(hi, v, hi, v));
+        let u = (q - lo) / Pack::c(self.spacing[a]);
+        // A NaN becomes the last cell and stays NaN in the weights.
+        let (floor, last) = (u.floor(), Pack::c((self.dims[a] - 2) as f64));
+        let n = Pack::select_lt(floor, last, floor, last);
+        let n = Pack::select_lt(n, zero, zero, n);
+        let mut cell = [0; W];
+        for i in 0..W {
+            cell[i] = n.0[i].cell();
         }
-        place
+        (cell, u - n, v - q)
     }
 
     /// Corners of the points' cells. Not inlined: loads gain nothing from wider instructions, and there is
@@ -131,7 +141,7 @@ impl Grid {
             for a in 0..3 {
                 let (h, size) = (T::of(self.spacing[a]), T::of(BRICK as f64));
                 let cell = T::of(f64::from(place.cell[a][i] % BRICK as u32));
-                let at = cell + place.f[a][i];
+                let at = cell + place.f[a].0[i];
                 // Rounding of the position must not carry the step over the wall.
                 let reach = self.lo[a].abs().max(self.hi[a].abs()) / self.spacing[a];
                 let slack = T::of(4.0 * (reach + self.dims[a] as f64)) * T::EPS;
@@ -149,9 +159,13 @@ impl Grid {
     pub fn sample_lanes<T: Scalar, const W: usize>(&self, p: [[T; W]; 3], step: Step) -> [T; W] {
         let place = self.locate(p);
         let mut corners = [[T::of(0.0); W]; 8];
-        self.corners(&place.cell, &mut corners);
+        match &self.store {
+            // What is traced most stays where the lanes are: results needn't go through memory.
+            Store::Dense(GridValues::F32(v)) => fetch::<f32, T, W>(v, self.dims, &place.cell, &mut corners),
+            _ => self.corners(&place.cell, &mut corners),
+        }
         let v = self.stepped(interpolate(&corners, &place.f), step, &place);
-        surround(v, &place.outside)
+        surround(Pack(v), place.outside).0
     }
 
     /// The field at a point.
@@ -166,7 +180,7 @@ impl Grid {
         let place = self.locate(p.map(|v| [v]));
         let inside = if step == Step::Raw { self.slope_inside(&place) } else { self.slope_across(p) };
         let v = self.sample(p, step);
-        let outside = place.outside.map(|o| o[0]);
+        let outside = place.outside.map(|o| o.0[0]);
         let d = T::len3(outside[0], outside[1], outside[2]);
         let zero = T::of(0.0);
         if !(d > zero) {
@@ -187,7 +201,7 @@ impl Grid {
         let mut corners = [[T::of(0.0); 1]; 8];
         self.corners(&place.cell, &mut corners);
         let c = corners.map(|c| c[0]);
-        let [fx, fy, fz] = place.f.map(|f| f[0]);
+        let [fx, fy, fz] = place.f.map(|f| f.0[0]);
         let mix = |a: T, b: T, f: T| a + f * (b - a);
         let x: [T; 4] = std::array::from_fn(|i| mix(c[2 * i], c[2 * i + 1], fx));
         let (y0, y1) = (mix(x[0], x[1], fy), mix(x[2], x[3], fy));
@@ -234,37 +248,30 @@ fn fetch<S: Sample, T: Scalar, const W: usize>(
     out: &mut Corners<T, W>,
 ) {
     let (sy, sz) = (dims[0], dims[0] * dims[1]);
+    let mut at = [0; W];
     for i in 0..W {
-        let at = cell[0][i] as usize + sy * cell[1][i] as usize + sz * cell[2][i] as usize;
-        for (k, row) in [0, sy, sz, sz + sy].into_iter().enumerate() {
-            let [a, b] = pair::<S, T>(v, at + row);
-            (out[2 * k][i], out[2 * k + 1][i]) = (a, b);
-        }
+        at[i] = cell[0][i] as usize + sy * cell[1][i] as usize + sz * cell[2][i] as usize;
     }
+    // Of one length, so that one comparison serves all.
+    let n = v.len().saturating_sub(sz + sy);
+    let row = |from: usize| v.get(from..from + n).unwrap_or_default();
+    neighbours([row(0), row(sy), row(sz), row(sz + sy)], &at, out);
 }
 
 #[inline(always)]
-fn interpolate<T: Scalar, const W: usize>(c: &Corners<T, W>, f: &[[T; W]; 3]) -> [T; W] {
-    let mut out = [T::of(0.0); W];
-    for i in 0..W {
-        let (x0, x1) = (mix(c[0][i], c[1][i], f[0][i]), mix(c[2][i], c[3][i], f[0][i]));
-        let (x2, x3) = (mix(c[4][i], c[5][i], f[0][i]), mix(c[6][i], c[7][i], f[0][i]));
-        out[i] = mix(mix(x0, x1, f[1][i]), mix(x2, x3, f[1][i]), f[2][i]);
-    }
-    out
+fn interpolate<T: Scalar, const W: usize>(c: &Corners<T, W>, [fx, fy, fz]: &[Pack<T, W>; 3]) -> [T; W] {
+    let row = [mix(c[0], c[1], *fx), mix(c[2], c[3], *fx), mix(c[4], c[5], *fx), mix(c[6], c[7], *fx)];
+    let plane = [mix(row[0].0, row[1].0, *fy), mix(row[2].0, row[3].0, *fy)];
+    mix(plane[0].0, plane[1].0, *fz).0
 }
 
 #[inline(always)]
-fn mix<T: Scalar>(a: T, b: T, f: T) -> T {
-    a + f * (b - a)
+fn mix<T: Scalar, const W: usize>(a: [T; W], b: [T; W], f: Pack<T, W>) -> Pack<T, W> {
+    Pack(a) + f * (Pack(b) - Pack(a))
 }
 
 #[inline(always)]
-fn surround<T: Scalar, const W: usize>(mut v: [T; W], outside: &[[T; W]; 3]) -> [T; W] {
-    let zero = T::of(0.0);
-    for i in 0..W {
-        let d = T::len3(outside[0][i], outside[1][i], outside[2][i]);
-        v[i] = T::select_lt(zero, d, d.max(v[i] - d), v[i]);
-    }
-    v
+fn surround<T: Scalar, const W: usize>(v: Pack<T, W>, [x, y, z]: [Pack<T, W>; 3]) -> Pack<T, W> {
+    let d = Pack::len3(x, y, z);
+    Pack::select_lt(Pack::c(0.0), d, d.max(v - d), v)
 }

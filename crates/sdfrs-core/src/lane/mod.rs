@@ -17,8 +17,10 @@ mod array;
 mod dual;
 mod interval;
 mod mask;
+mod neighbours;
 
 pub use array::Pack;
 pub use dual::Dual;
 pub use interval::Iv;
 pub use mask::{Mask, Truth};
+pub(crate) use neighbours::{neighbours, pairs, pairs_f32};

@@ -20,7 +20,7 @@ pub struct Edges {
 impl Edges {
     pub fn new(faces: &[[u32; 3]], vertices: usize, pulse: &mut Pulse) -> Result<Self, MeshError> {
         let (places, mut bucket) = buckets(faces, vertices, pulse)?;
-        let mut edges = Self { across: vec![NONE; bucket.len()], surplus: Vec::new() };
+        let mut edges = Self { across: pulse.filled(NONE, bucket.len())?, surplus: Vec::new() };
         for v in 0..vertices {
             pulse.beat()?;
             let own = &mut bucket[places[v] as usize..places[v + 1] as usize];
@@ -67,7 +67,7 @@ fn buckets(
         let [a, b, c] = *f;
         [a.min(b) as usize, b.min(c) as usize, c.min(a) as usize]
     };
-    let mut places = starts(vertices, faces.iter().flat_map(lower));
+    let mut places = starts(vertices, faces.iter().flat_map(lower), pulse)?;
     pulse.ask()?;
     let mut bucket = vec![0_u64; 3 * faces.len()];
     for (i, f) in faces.iter().enumerate() {
@@ -84,16 +84,21 @@ fn buckets(
 }
 
 /// Where each of `n` buckets begins, and the end of the last.
-pub fn starts(n: usize, members: impl Iterator<Item = usize>) -> Vec<u32> {
+pub fn starts(
+    n: usize,
+    members: impl Iterator<Item = usize>,
+    pulse: &mut Pulse,
+) -> Result<Vec<u32>, MeshError> {
     let mut places = vec![0_u32; n + 1];
     for member in members {
+        pulse.beat()?;
         places[member] += 1;
     }
     let mut at = 0;
     for place in &mut places {
         at += std::mem::replace(place, at);
     }
-    places
+    Ok(places)
 }
 
 /// After each place has been moved to its bucket's end, which is where the next begins.

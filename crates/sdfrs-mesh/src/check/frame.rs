@@ -1,6 +1,6 @@
 //! The frame in which all work is done, and which faces have an area.
 
-use crate::Mesh;
+use crate::{Mesh, MeshError, Pulse};
 use glam::DVec3;
 
 /// world = centre + scale * unit
@@ -11,12 +11,15 @@ pub struct Frame {
 }
 
 /// Which vertices `faces` have.
-pub fn used(mesh: &Mesh, faces: &[[u32; 3]]) -> Vec<bool> {
+pub fn used(mesh: &Mesh, faces: &[[u32; 3]], pulse: &mut Pulse) -> Result<Vec<bool>, MeshError> {
     let mut used = vec![false; mesh.vertices.len()];
-    for &v in faces.iter().flatten() {
-        used[v as usize] = true;
+    for face in faces {
+        pulse.beat()?;
+        for &v in face {
+            used[v as usize] = true;
+        }
     }
-    used
+    Ok(used)
 }
 
 /// The box of the `used` vertices; inside out where there are none.

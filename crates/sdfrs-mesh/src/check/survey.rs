@@ -29,13 +29,13 @@ struct Corner {
 /// Lists longer than this are sorted rather than searched.
 const LONG: usize = 32;
 
-/// Surveys `faces`, from which duplicates are dropped, and `needles`, which have edges but no area.
+/// Surveys `faces`, and `needles`, which have edges but no area; and says which of both are duplicates.
 pub fn survey(
-    faces: &mut Vec<[u32; 3]>,
+    faces: &[[u32; 3]],
     needles: &[[u32; 3]],
     vertices: usize,
     pulse: &mut Pulse,
-) -> Result<Survey, MeshError> {
+) -> Result<(Survey, Vec<bool>), MeshError> {
     let (places, mut corners) = corners(faces, needles, vertices, pulse)?;
     let mut found = Survey::default();
     let mut dropped = vec![false; faces.len() + needles.len()];
@@ -64,14 +64,7 @@ pub fn survey(
         found.edges(&mut edges);
         found.nonmanifold_vertices += u64::from(fans(&mut link) > 1);
     }
-    if found.duplicates > 0 {
-        let mut at = 0;
-        faces.retain(|_| {
-            at += 1;
-            !dropped[at - 1]
-        });
-    }
-    Ok(found)
+    Ok((found, dropped))
 }
 
 /// Where each vertex's corners begin, and all of them.
@@ -82,9 +75,10 @@ fn corners(
     pulse: &mut Pulse,
 ) -> Result<(Vec<u32>, Vec<Corner>), MeshError> {
     let all = || faces.iter().chain(needles);
-    let mut places = starts(vertices, all().flatten().map(|&v| v as usize));
+    let mut places = starts(vertices, all().flatten().map(|&v| v as usize), pulse)?;
     pulse.ask()?;
-    let mut corners = vec![Corner { next: 0, prev: 0, face: 0 }; 3 * (faces.len() + needles.len())];
+    let mut corners =
+        pulse.filled(Corner { next: 0, prev: 0, face: 0 }, 3 * (faces.len() + needles.len()))?;
     for (face, f) in all().enumerate() {
         pulse.beat()?;
         for k in 0..3 {

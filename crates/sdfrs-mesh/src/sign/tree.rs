@@ -7,6 +7,7 @@ use super::Nearest;
 use super::moments::Moments;
 use super::pseudo::foot;
 use crate::check::Checked;
+use crate::select::select;
 use crate::{MeshError, Pulse, Watch};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -76,15 +77,20 @@ impl Tree {
 }
 
 fn order(mesh: &Checked, watch: &dyn Watch) -> Result<Vec<u32>, MeshError> {
+    let pulse = Pulse::new(watch);
     let middles: Vec<[f64; 3]> = mesh
         .faces
         .par_iter()
-        .map(|f| {
+        .enumerate()
+        .map(|(i, f)| {
+            if i.is_multiple_of(1 << 12) {
+                pulse.ask()?;
+            }
             let [a, b, c] = *f;
             let [a, b, c] = [mesh.vertices[a as usize], mesh.vertices[b as usize], mesh.vertices[c as usize]];
-            std::array::from_fn(|i| a[i] + b[i] + c[i])
+            Ok(std::array::from_fn(|i| a[i] + b[i] + c[i]))
         })
-        .collect();
+        .collect::<Result<_, MeshError>>()?;
     let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
     let mut size = WIDE;
     while size < order.len() {
@@ -111,9 +117,9 @@ fn split(
     let at = clusters / 2 * size;
     let axis = longest_axis(faces, middles);
     // The index decides between equals, so that the order is one and the same everywhere.
-    faces.select_nth_unstable_by(at, |&a, &b| {
-        middles[a as usize][axis].total_cmp(&middles[b as usize][axis]).then(a.cmp(&b))
-    });
+    let order =
+        |&a: &u32, &b: &u32| middles[a as usize][axis].total_cmp(&middles[b as usize][axis]).then(a.cmp(&b));
+    select(faces, at, order, watch)?;
     let (low, high) = faces.split_at_mut(at);
     if low.len() + high.len() > 4096 {
         Pulse::new(watch).ask()?;
