@@ -15,6 +15,7 @@ const TABLES: &[(&str, fn())] = &[
     ("packets", trace::packets),
     ("growth", trace::growth),
     ("threads", trace::threads),
+    ("crowds", eval::crowds),
     ("texture", texture::texture),
     ("parts", trace::parts),
     #[cfg(target_arch = "x86_64")]

@@ -59,6 +59,37 @@ fn against(scene: &Scene, n: usize, all: &[Vec<f32>; 3]) -> [f64; 3] {
     .map(|s| s * 1e9 / n as f64)
 }
 
+/// Spheres found by place against the same asked one by one, at points among them and around them.
+pub fn crowds() {
+    println!("| spheres | points | asked one by one, ns/point | found by place | ratio |");
+    println!("|---|---|---|---|---|");
+    for n in [4096, 10_000, 100_000] {
+        let scene = scenes::spheres(n);
+        let found = Program::<f32>::values(&scene.shape).unwrap();
+        let asked = Program::<f32>::for_tracing(&scene.shape).unwrap();
+        for (place, reach) in [("among them", 1.5), ("around them", 4.5)] {
+            let n_points = 256;
+            let p = points(n_points, reach);
+            let p = [&p[0][..], &p[1], &p[2]];
+            let (mut one, mut other) = (Scratch::new(), Scratch::new());
+            let (mut a, mut b) = (vec![0f32; n_points], vec![0f32; n_points]);
+            asked.evaluate(&mut one, p, &mut a);
+            found.evaluate(&mut other, p, &mut b);
+            assert_eq!(a, b, "{n} spheres");
+            let [asked, found] = clock::minima(
+                SECONDS,
+                [
+                    &mut || asked.evaluate(&mut one, black_box(p), black_box(&mut a)),
+                    &mut || found.evaluate(&mut other, black_box(p), black_box(&mut b)),
+                ],
+            )
+            .map(|s| s * 1e9 / n_points as f64);
+            println!("| {n} | {place} | {asked:.0} | {found:.0} | {:.1} |", asked / found);
+        }
+    }
+    println!();
+}
+
 pub fn precision() {
     println!("| scene | f32, ns/point | f64 | f64 / f32 | bar | duals (f32) | duals / value | bar |");
     println!("|---|---|---|---|---|---|---|---|");
