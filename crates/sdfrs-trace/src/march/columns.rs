@@ -64,9 +64,9 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>) {
         let (row, k) = (&mut self.rows[(places[0] >> ROW) as usize], (places[0] & ((1 << ROW) - 1)) as usize);
         let to = k..k + QUAD;
+        // A blank result says "miss" already.
         row.t[to.clone()].fill(T::INFINITY);
         row.distance[to.clone()].fill(T::INFINITY);
-        row.status[to.clone()].fill(Status::Miss as u8);
         row.steps[to.clone()].copy_from_slice(&passed.steps);
         row.multiplier[to.clone()].copy_from_slice(&passed.multiplier);
         row.witness[to.clone()].copy_from_slice(&passed.witness);
