@@ -9,6 +9,8 @@ import pytest
 
 import sdfrs
 
+# Enough spheres to be found by place.
+CROWD = [tuple(c) for c in np.random.default_rng(3).uniform(-1.0, 1.0, (4200, 3)).tolist()]
 CENTRES = [(0.0, 0.0, 0.0), (0.7, 0.1, 0.2), (-0.5, 0.6, -0.3), (0.2, -0.8, 0.4)]
 
 
@@ -166,6 +168,10 @@ TABLE = {
     "sphere_union": (
         sdfrs.union(*(sdfrs.sphere(0.3, center=c) for c in CENTRES)),
         lambda x, y, z: np.min([ball(x, y, z, c, 0.3) for c in CENTRES], axis=0),
+    ),
+    "sphere_crowd": (
+        sdfrs.union(*(sdfrs.sphere(0.02, center=c) for c in CROWD)),
+        lambda x, y, z: np.min([ball(x, y, z, c, 0.02) for c in CROWD], axis=0),
     ),
     "mandelbulb": (sdfrs.mandelbulb(8, 4), lambda x, y, z: mandelbulb(x, y, z, 8, 4)),
     "texture": (texture(), wave),

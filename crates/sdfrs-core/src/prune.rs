@@ -7,6 +7,8 @@
 //! from [`Graph::known`]; operands without one are kept. Probes run in f32 whatever the trace's precision
 //! is: what they leave open is kept. Source: NUMERICS 2, EVALUATOR.md section 3.
 
+mod part;
+
 use std::sync::Arc;
 
 use crate::{
@@ -15,8 +17,11 @@ use crate::{
     fuse,
     graph::{Graph, INPUTS},
     op::{Ins, Op, Stock},
-    tape::{Tape, order},
+    tape::order,
 };
+
+use part::Known;
+pub use part::{Memory, Part};
 
 /// Balls probed at a time.
 pub const CELLS: usize = 16;
@@ -32,34 +37,6 @@ const MARGIN: f32 = 1e-3;
 pub struct Cell {
     pub centre: [f32; 3],
     pub radius: f32,
-}
-
-/// What is known of an instruction's value.
-#[derive(Debug, Clone, Copy)]
-struct Known {
-    slope: f32,
-    size: f32,
-    everywhere: bool,
-}
-
-impl Known {
-    /// What rounding may add to or take from a value in a cell.
-    fn noise(&self, centre: [f32; 3], radius: f32) -> f32 {
-        let far = centre.iter().fold(radius, |most, c| most.max(c.abs() + radius));
-        ROUNDING * f32::EPSILON * (self.size + (1.0 + self.slope) * far)
-    }
-}
-
-/// A program in which every instruction keeps a slot of its own, its number behind the point's coordinates:
-/// a scene, or what is left of it in a ball.
-#[derive(Debug)]
-pub struct Part {
-    ins: Vec<Ins>,
-    consts: Vec<f64>,
-    known: Vec<Known>,
-    root: u32,
-    /// The same, to be probed.
-    tape: Tape<f32>,
 }
 
 /// A scene whose programs can be shortened place by place.
@@ -132,104 +109,6 @@ impl Pruner {
 /// Rounded up to f32.
 fn up(v: f64) -> f32 {
     (v as f32) * (1.0 + 2.0 * f32::EPSILON)
-}
-
-impl Part {
-    pub fn blank() -> Self {
-        Self { ins: Vec::new(), consts: Vec::new(), known: Vec::new(), root: 0, tape: Tape::blank() }
-    }
-    /// Operations for a point.
-    pub fn ops(&self) -> u64 {
-        self.tape.ops()
-    }
-    pub fn bytes(&self) -> usize {
-        self.ins.capacity() * size_of::<Ins>()
-            + self.consts.capacity() * size_of::<f64>()
-            + self.known.capacity() * size_of::<Known>()
-            + self.tape.bytes()
-    }
-
-    fn known_of(&self, slot: u32) -> Known {
-        match slot.checked_sub(INPUTS) {
-            Some(i) => self.known[i as usize],
-            None => Known { slope: 1.0, size: 0.0, everywhere: true },
-        }
-    }
-
-    fn clear(&mut self) {
-        self.ins.clear();
-        self.consts.clear();
-        self.known.clear();
-    }
-
-    /// Makes the program to be probed from the instructions.
-    fn close(&mut self, stock: &Arc<Stock>) {
-        let Self { ins, consts, root, tape, .. } = self;
-        tape.rewrite(stock, |to, single| {
-            to.extend_from_slice(ins);
-            single.extend(consts.iter().map(|v| *v as f32));
-            (ins.len() as u32 + INPUTS, *root)
-        });
-    }
-
-    /// Slots given out anew, so that few are needed.
-    fn assemble<T: Native>(
-        &self,
-        memory: &mut Memory,
-        ins: &mut Vec<Ins>,
-        consts: &mut Vec<T>,
-    ) -> (u32, u32) {
-        let Memory { last, slot_of, free, .. } = memory;
-        last.clear();
-        last.resize(self.ins.len() + INPUTS as usize, u32::MAX);
-        for (i, one) in self.ins.iter().enumerate() {
-            for a in &one.a[..one.op.arity()] {
-                last[*a as usize] = i as u32;
-            }
-        }
-        last[self.root as usize] = u32::MAX;
-        slot_of.clear();
-        slot_of.extend(0..INPUTS);
-        free.clear();
-        let mut slots = INPUTS;
-        for (i, one) in self.ins.iter().enumerate() {
-            let mut to = *one;
-            for (slot, a) in to.a.iter_mut().zip(&one.a[..one.op.arity()]) {
-                *slot = slot_of[*a as usize];
-            }
-            // The first operand's slot last: it is the next one taken, so that chains of joins stay in one slot.
-            for (n, a) in one.a[..one.op.arity()].iter().enumerate().rev() {
-                // Given back once, and never a coordinate's: every chunk fills those afresh.
-                let again = one.a[..n].contains(a);
-                if *a >= INPUTS && last[*a as usize] == i as u32 && !again {
-                    free.push(slot_of[*a as usize]);
-                }
-            }
-            to.d = free.pop().unwrap_or_else(|| {
-                slots += 1;
-                slots - 1
-            });
-            slot_of.push(to.d);
-            ins.push(to);
-        }
-        consts.extend(self.consts.iter().map(|v| T::of(*v)));
-        (slots, slot_of[self.root as usize])
-    }
-}
-
-/// What writing programs needs, kept from one to the next.
-#[derive(Debug, Default)]
-pub struct Memory {
-    last: Vec<u32>,
-    slot_of: Vec<u32>,
-    free: Vec<u32>,
-    live: Vec<bool>,
-    /// The operand that an instruction always equals here.
-    same: Vec<u32>,
-    /// Whether a repetition jumps inside the ball.
-    broken: Vec<bool>,
-    /// Spheres of a crowd.
-    near: Vec<u32>,
 }
 
 /// A part evaluated at the centres of up to 16 balls.
