@@ -24,12 +24,13 @@ fn cloud(n: usize) -> Shape {
     build("union", &[("k", num(0.0))], &balls.iter().collect::<Vec<_>>())
 }
 
-fn scenes() -> [(&'static str, Shape); 3] {
+fn scenes() -> [(&'static str, Shape); 4] {
     let cloud = cloud(5000);
     let drawn = build("elongate", &[("amount", vec3(0.3, 0.0, 0.2))], &[&cloud]);
     let cube = build("box", &[("size", vec3(1.0, 1.0, 1.0))], &[]);
     let carved = build("difference", &[("k", num(0.1))], &[&cube, &cloud]);
-    [("cloud", cloud), ("drawn out", drawn), ("carved", carved)]
+    let turned = build("rotate", &[("angle", num(0.7)), ("axis", vec3(0.3, 1.0, 0.2))], &[&cloud]);
+    [("cloud", cloud), ("turned", turned), ("drawn out", drawn), ("carved", carved)]
 }
 
 /// Value and gradient.

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Random, build, everything, moved, num, values, vec3};
-use sdfrs_core::{Program, Scratch, Shape, Value, eval::Isa};
+use sdfrs_core::{Program, Scratch, Shape, Value, eval::Isa, op::Op};
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
@@ -235,4 +235,29 @@ fn a_texture_is_walked_by_its_safe_step_wherever_it_stands() {
     // A smooth blend mixes values: there the whole field is divided by its slope instead.
     let blended = build("union", &[("k", num(0.1))], &[&tex, &far]);
     assert_eq!(at(&blended), v / blended.lipschitz());
+}
+
+/// A sphere looks the same from all sides: a turn costs no coordinates, and spheres that turn together stay one union.
+#[test]
+fn a_turned_sphere_is_only_moved() {
+    let ball = build("sphere", &[("radius", num(0.3))], &[]);
+    let turn = |s: &Shape| build("rotate", &[("angle", num(0.7)), ("axis", vec3(1.0, 2.0, -0.5))], &[s]);
+    let balls =
+        build("union", &[("k", num(0.0))], &[&moved(&ball, 1.0, 0.2, 0.0), &moved(&ball, 0.0, -0.9, 0.4)]);
+    let turned = build("union", &[("k", num(0.0))], &[&turn(&turn(&balls)), &ball]);
+    let program = Program::<f64>::values(&turned).unwrap();
+    let ops: Vec<_> = program.tape().instructions().iter().map(|i| i.op).collect();
+    assert_eq!(ops, [Op::SphereUnion, Op::Sphere, Op::Min]);
+    // By a cube's rounded corner the same turn is seen as coordinates.
+    let cubes = build("rounded_box", &[("size", vec3(0.6, 0.6, 0.6)), ("radius", num(0.3))], &[]);
+    let cubes =
+        build("union", &[("k", num(0.0))], &[&moved(&cubes, 1.0, 0.2, 0.0), &moved(&cubes, 0.0, -0.9, 0.4)]);
+    let cubes = build("union", &[("k", num(0.0))], &[&turn(&turn(&cubes)), &ball]);
+    let mut random = common::Random(6);
+    let points: Vec<_> = (0..300).map(|_| random.point(2.0)).collect();
+    for ((a, b), p) in
+        common::values(&turned, &points).iter().zip(common::values(&cubes, &points)).zip(&points)
+    {
+        assert!((a - b).abs() < 1e-14, "{p:?}: {a} and {b}");
+    }
 }

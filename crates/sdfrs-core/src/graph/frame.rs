@@ -57,6 +57,14 @@ impl Frame {
     pub fn moved_to(&self) -> Option<[f64; 3]> {
         (self.m == IDENTITY).then(|| self.t.map(|v| 0.0 - v))
     }
+    /// The same if it is moved and turned, nothing else: what is round asks for no more.
+    pub fn turned_to(&self) -> Option<[f64; 3]> {
+        let dot = |i: usize, j: usize| (0..3).map(|k| self.m[i][k] * self.m[j][k]).sum::<f64>();
+        // A few turns' rounding.
+        let is_unit = |i: usize, j: usize| (dot(i, j) - f64::from(u8::from(i == j))).abs() < 1e-12;
+        let rigid = (0..3).all(|i| (0..=i).all(|j| is_unit(i, j)));
+        rigid.then(|| std::array::from_fn(|j| 0.0 - (0..3).map(|i| self.m[i][j] * self.t[i]).sum::<f64>()))
+    }
     /// The local point's coordinates as values.
     pub fn coordinates(&self, graph: &mut Graph) -> Result<[u32; 3], SceneError> {
         let mut out = self.base;

@@ -312,7 +312,8 @@ impl<'a> Lower<'a, '_> {
             Kind::Ellipsoid { radii: [x, y, z] } => (Op::Ellipsoid, vec![*x, *y, *z, x.min(*y).min(*z)]),
             _ => return Ok(None),
         };
-        let (p, centre) = match at.moved_to() {
+        let place = if op == Op::Sphere { at.turned_to() } else { at.moved_to() };
+        let (p, centre) = match place {
             Some(centre) => (at.base, centre),
             None => (at.coordinates(self.graph)?, [0.0; 3]),
         };
