@@ -1,7 +1,7 @@
 //! Many spheres, found by place: the nearest to a point, or all that a ball may be nearest to.
 //!
 //! A union asks every sphere at every point. Here sixteen neighbours make a cluster, with a box around their
-//! centres; sixteen clusters the next, and so on: a point goes down where the nearest may be, nearest first,
+//! centres; sixteen clusters the next, and so on: from a good guess on, a point goes down where one may be nearer,
 //! sixteen bounds at a time. Of 100,000 spheres it meets a few hundred.
 //!
 //! Law: the bits of the union, and of its gradient: of equally near spheres the first counts, as it does
