@@ -305,7 +305,7 @@ def test_rays_go_through_pixel_centres(kind):
 
 
 def test_a_camera_too_far_away_is_told_how_far_to_look() -> None:
-    far = sdfrs.Camera.look_at(origin=(0, 0, 321), width=16, height=12, fov_deg=1)
+    far = sdfrs.Camera.look_at(origin=(0, 0, 321), width=16, height=12, fov=1)
     with pytest.warns(UserWarning, match=r"t_max=100 ends before the shape begins, 320 from the camera: pass t_max=323"):
         assert not sdfrs.render(sdfrs.sphere(1.0), far).hit.any()
     with warnings.catch_warnings():
