@@ -142,21 +142,7 @@ def _view(what: Any, camera: Optional[Camera], t_max: float) -> tuple[Scene, Cam
     chosen = given if given is not None else scene.camera
     if chosen is None:
         chosen = fitted_camera(scene.shape, t_max, stacklevel=4)
-    elif (near := _apart(scene.shape, chosen)) > t_max:
-        warnings.warn(
-            f"t_max={t_max:g} ends before the shape begins, {near:.4g} from the camera: "
-            f"pass t_max={near + math.dist(*scene.shape.bounds):.4g}",
-            stacklevel=3,
-        )
     return scene, chosen
-
-
-def _apart(shape: Shape, camera: Camera) -> float:
-    """How far the shape's box is from a pinhole camera; 0 where that isn't known."""
-    if camera.kind != "pinhole":
-        return 0.0
-    far = [max(lo - o, o - hi, 0.0) for o, lo, hi in zip(camera.origin, *shape.bounds, strict=True)]
-    return math.hypot(*far)
 
 
 def _warn_slope(shape: Shape, summary: Summary) -> None:

@@ -302,14 +302,3 @@ def test_rays_go_through_pixel_centres(kind):
     np.testing.assert_allclose(o, want_o, atol=1e-14)
     np.testing.assert_allclose(d, want_d / np.linalg.norm(want_d, axis=1, keepdims=True), atol=1e-14)
     assert make(width=6, height=4).rays(precision="f32")[1].dtype == np.float32
-
-
-def test_a_camera_too_far_away_is_told_how_far_to_look() -> None:
-    far = sdfrs.Camera.look_at(origin=(0, 0, 321), width=16, height=12, fov=1)
-    with pytest.warns(UserWarning, match=r"t_max=100 ends before the shape begins, 320 from the camera: pass t_max=323"):
-        assert not sdfrs.render(sdfrs.sphere(1.0), far).hit.any()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert sdfrs.render(sdfrs.sphere(1.0), far, t_max=323.5).hit.any()
-        # A plane has no box to be far from.
-        sdfrs.trace_stats(sdfrs.plane((0, 1, 0)), far)
