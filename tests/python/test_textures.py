@@ -271,17 +271,22 @@ def test_a_failed_save_leaves_the_old_files(tmp_path, monkeypatch, ending, fault
     assert {p: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
+def most_memory(call):
+    """The most bytes that Python's allocations held during a call."""
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
 @pytest.mark.parametrize("ending", ["npz", "raw", "vol"])
 def test_files_are_written_in_slabs(tmp_path, ending):
     tex = sdfrs.sphere(0.9).to_texture(192, bounds=BOX)
     if ending == "npz":
         tex = sdfrs.sphere(0.9).to_texture(256, bounds=BOX, sparse=True, band=0.4)
-    tracemalloc.start()
-    try:
-        tex.save(tmp_path / f"t.{ending}")
-        most = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    most = most_memory(lambda: tex.save(tmp_path / f"t.{ending}"))
     assert tex.nbytes > 25e6 and most < 10e6, (tex.nbytes, most)
 
 
@@ -292,12 +297,7 @@ def test_a_sparse_texture_is_never_whole_in_memory(tmp_path, monkeypatch, ending
     refuse = lambda *args: pytest.fail("made dense in memory")  # noqa: E731
     monkeypatch.setattr(_core, "texture_changed", refuse)
     monkeypatch.setattr("sdfrs.texture_file._SLAB", 1 << 17)
-    tracemalloc.start()
-    try:
-        tex.save(tmp_path / f"t.{ending}")
-        most = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    most = most_memory(lambda: tex.save(tmp_path / f"t.{ending}"))
     assert (tmp_path / f"t.{ending}").read_bytes()[48 if ending == "vol" else 0 :] == want
     assert most < len(want) / 4, (most, len(want))
 

@@ -95,22 +95,30 @@ impl Graph {
         Ok(graph)
     }
 
-    /// The same with large unions of spheres as crowds: found by place, with the same bits.
-    pub fn crowded(&self) -> Self {
+    /// The same with large unions of spheres as crowds, found by place, with the same bits; none where there is
+    /// no such union.
+    pub fn crowded(&self) -> Option<Self> {
+        let crowd = |node: &Node| (node.op == Op::SphereUnion).then(|| Crowd::new(self.constants(node)))?;
+        let crowds: Vec<_> = self.nodes.iter().map(crowd).collect();
+        if crowds.iter().all(Option::is_none) {
+            return None;
+        }
         let mut graph = Self { root: self.root, grids: self.grids.clone(), ..Self::default() };
         graph.traits.clone_from(&self.traits);
-        for node in &self.nodes {
-            let (mut node, mut consts) = (*node, self.constants(node).to_vec());
-            if let Some(crowd) = (node.op == Op::SphereUnion).then(|| Crowd::new(&consts)).flatten() {
-                consts = vec![graph.crowds.len() as f64];
-                graph.crowds.push(crowd);
-                node.op = Op::SphereCrowd;
+        for (&(mut node), crowd) in self.nodes.iter().zip(crowds) {
+            let k = graph.consts.len();
+            match crowd {
+                Some(crowd) => {
+                    node.op = Op::SphereCrowd;
+                    graph.consts.push(graph.crowds.len() as f64);
+                    graph.crowds.push(crowd);
+                }
+                None => graph.consts.extend_from_slice(self.constants(&node)),
             }
-            (node.k, node.n) = (graph.consts.len() as u32, consts.len() as u32);
-            graph.consts.extend(consts);
+            (node.k, node.n) = (k as u32, (graph.consts.len() - k) as u32);
             graph.nodes.push(node);
         }
-        graph
+        Some(graph)
     }
 
     /// What its programs read beside constants.

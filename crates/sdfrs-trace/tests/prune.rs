@@ -197,13 +197,18 @@ fn hits_under_skip_lie_where_the_others_do() {
     assert!(hits > 10_000 && far * 1000 < hits, "{far} of {hits} hits lie elsewhere");
 }
 
+/// `n` balls in a cube.
+fn cloud(random: &mut Random, n: usize, radius: f64, half: f64) -> Shape {
+    let ball = build("sphere", &[("radius", Value::Num(radius))], &[]);
+    let balls: Vec<_> =
+        (0..n).map(|_| build("translate", &[("offset", random.vector(-half, half))], &[&ball])).collect();
+    build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>())
+}
+
 #[test]
 fn a_thousand_spheres_cost_a_few() {
     let mut random = Random(3);
-    let ball = build("sphere", &[("radius", Value::Num(0.05))], &[]);
-    let balls: Vec<_> =
-        (0..1000).map(|_| build("translate", &[("offset", random.vector(-1.5, 1.5))], &[&ball])).collect();
-    let shape = build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>());
+    let shape = cloud(&mut random, 1000, 0.05, 1.5);
     let view = Camera { width: 256, height: 256, ..camera(&mut random) };
     let tracer = Tracer::Basic { guards: true };
     let (a, b) = (
@@ -221,10 +226,7 @@ fn a_thousand_spheres_cost_a_few() {
 #[test]
 fn a_crowd_is_walked_as_if_each_was_asked() {
     let mut random = Random(4);
-    let ball = build("sphere", &[("radius", Value::Num(0.03))], &[]);
-    let balls: Vec<_> =
-        (0..5000).map(|_| build("translate", &[("offset", random.vector(-1.2, 1.2))], &[&ball])).collect();
-    let crowd = build("union", &[("k", Value::Num(0.0))], &balls.iter().collect::<Vec<_>>());
+    let crowd = cloud(&mut random, 5000, 0.03, 1.2);
     let cube = build("box", &[("size", random.vector(0.8, 1.2))], &[]);
     let carved = build("difference", &[("k", Value::Num(0.0))], &[&crowd, &cube]);
     let shape = build("union", &[("k", Value::Num(0.1))], &[&carved, &tree(&mut random, 3)]);

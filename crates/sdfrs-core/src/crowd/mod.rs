@@ -191,19 +191,6 @@ fn distances<S: Scalar>(block: &Block<S>, p: [S; 3]) -> Pack<S, WIDTH> {
 }
 
 impl<S: Scalar, const W: usize> Pack<S, W> {
-    /// Least lane, by halves: a chain of sixteen comparisons would take as long as all the rest.
-    #[inline(always)]
-    fn least(mut self) -> S {
-        let mut half = W / 2;
-        while half > 0 {
-            for l in 0..half {
-                self.0[l] = Real::min(self.0[l], self.0[l + half]);
-            }
-            half /= 2;
-        }
-        self.0[0]
-    }
-
     /// The least lane and the first that holds it.
     #[inline(always)]
     fn first_least(self) -> (S, usize) {

@@ -63,6 +63,8 @@ pub unsafe trait Lanes: Real + Send + Sync {
     fn lt(a: Self, b: Self) -> Self::Mask;
     /// `x` where the truth value holds, else `y`.
     fn pick(truth: Self::Mask, x: Self, y: Self) -> Self;
+    /// The least lane.
+    fn least(self) -> Self::S;
     fn lane(&self, i: usize) -> Self::S;
     fn set(&mut self, i: usize, v: Self::S);
 }
@@ -112,6 +114,10 @@ macro_rules! native {
             #[inline(always)]
             fn pick(truth: Mask<$w>, x: Self, y: Self) -> Self {
                 Pack::pick(truth, x, y)
+            }
+            #[inline(always)]
+            fn least(self) -> $t {
+                Pack::least(self)
             }
             #[inline(always)]
             fn lane(&self, i: usize) -> $t {
@@ -170,7 +176,8 @@ pub struct Program<T: Native> {
 impl<T: Native> Program<T> {
     /// The field's values.
     pub fn values(shape: &Shape) -> Result<Self, SceneError> {
-        Ok(Self { tape: Tape::new(&Graph::new(shape, Form::Value)?.crowded()), pruner: None })
+        let graph = Graph::new(shape, Form::Value)?;
+        Ok(Self { tape: Tape::new(graph.crowded().as_ref().unwrap_or(&graph)), pruner: None })
     }
 
     /// The field that tracers walk: each part divided by its Lipschitz bound, textures by their safe step.
@@ -184,7 +191,8 @@ impl<T: Native> Program<T> {
             return Err(SceneError::new(shape.op(), message));
         }
         let graph = Graph::new(shape, Form::Walk)?;
-        Ok(Self { tape: Tape::new(&graph), pruner: Pruner::new(&graph.crowded()).map(Arc::new) })
+        let pruner = Pruner::new(graph.crowded().as_ref().unwrap_or(&graph)).map(Arc::new);
+        Ok(Self { tape: Tape::new(&graph), pruner })
     }
 
     /// A program to be written over.

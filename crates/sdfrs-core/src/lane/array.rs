@@ -44,6 +44,19 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
 }
 
 impl<T: Scalar, const W: usize> Pack<T, W> {
+    /// Least lane, by halves: a chain of sixteen comparisons would take as long as all the rest.
+    #[inline(always)]
+    pub fn least(mut self) -> T {
+        let mut half = W / 2;
+        while half > 0 {
+            for l in 0..half {
+                self.0[l] = Real::min(self.0[l], self.0[l + half]);
+            }
+            half /= 2;
+        }
+        self.0[0]
+    }
+
     /// Where `a < b`.
     #[inline(always)]
     pub fn below(a: Self, b: Self) -> Mask<W> {

@@ -37,7 +37,12 @@ pub fn place(row: usize, column: usize) -> u32 {
 /// Bits of the column: a piece of a row has at most 2^20 results.
 const ROW: u32 = 20;
 
-impl<T> Columns<'_, T> {
+impl<'a, T> Columns<'a, T> {
+    /// What `place` names.
+    #[inline(always)]
+    fn at(&mut self, place: u32) -> (&mut Row<'a, T>, usize) {
+        (&mut self.rows[(place >> ROW) as usize], (place & ((1 << ROW) - 1)) as usize)
+    }
     pub fn len(&self) -> usize {
         self.rows.iter().map(|row| row.t.len()).sum()
     }
@@ -46,7 +51,7 @@ impl<T> Columns<'_, T> {
 impl<T: Scalar> Sink<T> for Columns<'_, T> {
     #[inline]
     fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T) {
-        let (row, k) = (&mut self.rows[(place >> ROW) as usize], (place & ((1 << ROW) - 1)) as usize);
+        let (row, k) = self.at(place);
         row.t[k] = if status == Status::Miss { T::INFINITY } else { tally.t };
         row.status[k] = status as u8;
         row.steps[k] = tally.steps;
@@ -62,7 +67,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     }
     #[inline(always)]
     fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>) {
-        let (row, k) = (&mut self.rows[(places[0] >> ROW) as usize], (places[0] & ((1 << ROW) - 1)) as usize);
+        let (row, k) = self.at(places[0]);
         let to = k..k + QUAD;
         // A blank result says "miss" already.
         row.t[to.clone()].fill(T::INFINITY);

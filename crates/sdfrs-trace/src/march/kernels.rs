@@ -5,7 +5,7 @@
 use std::marker::PhantomData;
 
 use sdfrs_core::{
-    Real, Scalar, Status,
+    Real, Status,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
     eval::{Kernel, Lanes, Native},
     lane::Truth,
@@ -14,7 +14,7 @@ use sdfrs_core::{
 use super::{
     Threshold,
     feed::Feed,
-    swarm::{Crossing, Pack, Passed, QUAD, Sink, Swarm, WIDEST},
+    swarm::{Crossing, Pack, Passed, QUAD, Sink, Swarm},
 };
 use crate::tracer::guarded::{Bracket, Rule, Verdict, step};
 
@@ -52,7 +52,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
             if passed.any() {
                 *alive -= pass::<T, R>(pack, passed.bits(), self.sink);
             }
-            *near = least(pack.rays.t);
+            *near = pack.rays.t.least();
         }
     }
 }
@@ -68,17 +68,18 @@ fn pass<T: Native, R: Rule<T::Lanes>>(
     for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
         let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
         let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
-        if side_by_side && passed >> first & 0xf == 0xf {
+        let all = ((1 << QUAD) - 1) << first;
+        if side_by_side && passed & all == all {
             let tallies: [_; QUAD] = std::array::from_fn(|i| pack.tally::<R>(first + i));
-            let all = Passed {
+            let four = Passed {
                 steps: tallies.each_ref().map(|tally| tally.steps),
                 fallbacks: tallies.each_ref().map(|tally| tally.fallbacks),
                 multiplier: tallies.each_ref().map(|tally| tally.multiplier()),
                 witness: tallies.each_ref().map(|tally| tally.witness),
             };
-            sink.pass(&places, &all);
+            sink.pass(&places, &four);
             (first..first + QUAD).for_each(|lane| pack.rays.t.set(lane, T::INFINITY));
-            left &= !(0xf << first);
+            left &= !all;
         }
     }
     for lane in lanes(left) {
@@ -179,25 +180,10 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
         }
         // Not above: a sum over the lanes there would take the packs of the whole loop apart.
         for &number in self.picked {
-            near[number as usize] = least(packs[number as usize].rays.t);
+            near[number as usize] = packs[number as usize].rays.t.least();
         }
         *alive -= ends.ended;
     }
-}
-
-/// Least lane, by halves: a chain of sixteen comparisons would take as long as the step itself.
-#[inline(always)]
-pub fn least<L: Lanes>(pack: L) -> L::S {
-    let mut lanes = [L::S::INFINITY; WIDEST];
-    pack.store(&mut lanes);
-    let mut half = WIDEST / 2;
-    while half > 0 {
-        for l in 0..half {
-            lanes[l] = Real::min(lanes[l], lanes[l + half]);
-        }
-        half /= 2;
-    }
-    lanes[0]
 }
 
 /// Samples with which rays of a pack end, and how.

@@ -4,11 +4,10 @@
 use rayon::prelude::*;
 use sdfrs_core::{Control, Hits, eval::Native};
 
-use super::{Source, columns::place, feed::Wanted};
+use super::{Source, columns::place, feed::Wanted, swarm::QUAD};
 
-/// Rays along a side of a block that shares one coarse program, and of a patch that shares a pack.
+/// Rays along a side of a block that shares one coarse program.
 const BLOCK: usize = 64;
-const PATCH: usize = 4;
 
 /// Rays in tiles.
 pub struct Order {
@@ -101,7 +100,7 @@ impl Order {
                 let corner = [tile % across * BLOCK, tile / across * BLOCK];
                 let end = [(corner[0] + BLOCK).min(*width), (corner[1] + BLOCK).min(*height)];
                 squares(corner, end, [group; 2], |from, to| {
-                    squares(from, to, [PATCH; 2], |from, to| {
+                    squares(from, to, [QUAD; 2], |from, to| {
                         squares(from, to, [1; 2], |[x, y], _| {
                             let place = place(y - corner[1], x - corner[0]);
                             rays.push(Wanted { x: x as u32, y: y as u32, place });

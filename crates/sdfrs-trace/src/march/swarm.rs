@@ -13,7 +13,7 @@ use sdfrs_core::{
 use super::{
     Threshold,
     feed::{Bundle, Feed},
-    kernels::{Jump, Points, Step, least},
+    kernels::{Jump, Points, Step},
 };
 use crate::tracer::{
     guarded::{Bracket, Rule, State},
@@ -120,7 +120,7 @@ pub struct Crossing<T> {
     pub place: u32,
 }
 
-/// Neighbours in a row of a patch.
+/// Rays along a side of a patch, which shares a pack: neighbours in a row.
 pub const QUAD: usize = 4;
 
 /// What neighbours have come to that met nothing.
@@ -166,7 +166,7 @@ impl<T: Native> Swarm<T> {
             self.alive += n;
             let mut pack = Pack::start(rays, place);
             (n..Self::WIDTH).for_each(|lane| pack.free(lane));
-            self.near.push(least(pack.rays.t));
+            self.near.push(pack.rays.t.least());
             self.packs.push(pack);
         }
     }
@@ -242,6 +242,6 @@ impl<T: Native> Swarm<T> {
         }
         self.packs.truncate(kept);
         self.near.clear();
-        self.near.extend(self.packs.iter().map(|pack| least(pack.rays.t)));
+        self.near.extend(self.packs.iter().map(|pack| pack.rays.t.least()));
     }
 }
