@@ -7,7 +7,9 @@
 //! from [`Graph::known`]; operands without one are kept. Probes run in f32 whatever the trace's precision
 //! is: what they leave open is kept. Source: NUMERICS 2, EVALUATOR.md section 3.
 
+mod cell;
 mod part;
+mod spheres;
 
 use std::sync::Arc;
 
@@ -20,8 +22,10 @@ use crate::{
     tape::order,
 };
 
+pub use cell::{Cell, Rod};
 use part::Known;
 pub use part::{Memory, Part};
+use spheres::Union;
 
 /// Balls probed at a time.
 pub const CELLS: usize = 16;
@@ -31,13 +35,6 @@ const ROUNDING: f32 = 1024.0;
 const FEW: usize = 1024;
 /// Part of the radius kept as a margin.
 const MARGIN: f32 = 1e-3;
-
-/// A ball in world units.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Cell {
-    pub centre: [f32; 3],
-    pub radius: f32,
-}
 
 /// A scene whose programs can be shortened place by place.
 #[derive(Debug)]
@@ -111,6 +108,34 @@ fn up(v: f64) -> f32 {
     (v as f32) * (1.0 + 2.0 * f32::EPSILON)
 }
 
+/// What of a field is left in a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Left {
+    /// Every value.
+    All,
+    /// Values up to a limit: others may have grown.
+    Near,
+    /// All values are above the limit.
+    Nothing,
+}
+
+/// In the place of a slot: the value is above what has to be kept.
+const GONE: u32 = u32::MAX - 1;
+
+/// The slot that holds an instruction's value without it: that of the only operand that matters.
+fn alias(one: &Ins, same: u32, slot_of: &[u32]) -> Option<u32> {
+    if same != u32::MAX {
+        return Some(slot_of[same as usize]);
+    }
+    let [a, b] = [0, 1].map(|i| slot_of[one.a[i] as usize]);
+    match one.op {
+        Op::Min | Op::Smin if a == GONE => Some(b),
+        Op::Min | Op::Smin if b == GONE => Some(a),
+        Op::Max | Op::Smax if a == GONE || b == GONE => Some(GONE),
+        _ => None,
+    }
+}
+
 /// A part evaluated at the centres of up to 16 balls.
 #[derive(Default)]
 pub struct Probe {
@@ -134,15 +159,19 @@ impl Probe {
         part.tape.run(&mut self.scratch, p, &mut self.roots);
     }
 
-    /// How far around a cell's centre the field certainly stays above the threshold of a guarded hit,
-    /// `max(eps, cone * t)` and what rounding adds to it, up to the depth `far`; negative where that isn't known.
-    pub fn clear_radius(&self, part: &Part, cell: usize, (eps, cone): (f64, f64), far: f64) -> f32 {
-        let Cell { centre, radius } = self.cells[cell];
-        let size = f64::from(centre.iter().fold(radius, |s, c| s.max(c.abs()))) + far;
-        let e = eps.max(cone * far).max(8.0 * f64::from(f32::EPSILON) * size) as f32;
+    /// How far around a cell's centre the field certainly stays above the threshold of a hit, up to the depth
+    /// `far`; negative where that isn't known.
+    pub fn clear_radius(&self, part: &Part, cell: usize, limit: (f64, f64), far: f64) -> f32 {
+        let Cell { centre, radius, .. } = self.cells[cell];
         let known = part.known_of(part.root);
-        let clear = (self.roots[cell] - e - known.noise(centre, radius)) / (known.slope * (1.0 + MARGIN));
+        let above = self.roots[cell] - self.threshold(cell, limit, far) - known.noise(centre, radius);
+        let clear = above / (known.slope * (1.0 + MARGIN));
         if clear > radius { clear } else { -1.0 }
+    }
+
+    /// Values above this are no hit in a cell that ends at the depth `far`, of an accuracy and a cone.
+    pub fn threshold(&self, cell: usize, limit: (f64, f64), far: f64) -> f32 {
+        self.cells[cell].threshold(limit, far)
     }
 
     fn slot(&self, part: &Part, slot: u32, cell: usize) -> f32 {
@@ -157,7 +186,7 @@ impl Probe {
 
     /// How far a value inside a cell can be from the one at its centre.
     fn deviation(&self, part: &Part, slot: u32, cell: usize, broken: bool) -> f32 {
-        let Cell { centre, radius } = self.cells[cell];
+        let Cell { centre, radius, .. } = self.cells[cell];
         let known = part.known_of(slot);
         if broken && !known.everywhere {
             return f32::INFINITY;
@@ -165,28 +194,46 @@ impl Probe {
         known.slope * radius * (1.0 + MARGIN) + known.noise(centre, radius)
     }
 
-    /// What is left of a part in a cell, written over an old one.
-    pub fn narrow(&self, pruner: &Pruner, part: &Part, cell: usize, memory: &mut Memory, to: &mut Part) {
-        self.narrow_last(pruner, part, cell, memory, to);
-        to.close(&pruner.stock);
+    /// What is left of a part in a cell, written over an old one. Values up to `exact` are kept; larger ones, unless
+    /// that is infinite, may grow.
+    pub fn narrow(
+        &self,
+        pruner: &Pruner,
+        part: &Part,
+        (cell, exact): (usize, f32),
+        memory: &mut Memory,
+        to: &mut Part,
+    ) -> Left {
+        let left = self.narrow_last(pruner, part, (cell, exact), memory, to);
+        if left != Left::Nothing {
+            to.close(&pruner.stock);
+        }
+        left
     }
 
     /// The same for a part that is made a program, and not probed again.
-    pub fn narrow_last(&self, pruner: &Pruner, part: &Part, cell: usize, memory: &mut Memory, to: &mut Part) {
+    pub fn narrow_last(
+        &self,
+        pruner: &Pruner,
+        part: &Part,
+        (cell, exact): (usize, f32),
+        memory: &mut Memory,
+        to: &mut Part,
+    ) -> Left {
         self.find_jumps(part, cell, memory);
-        self.find_live(part, cell, memory);
+        let mut grown = self.find_live(part, cell, exact, memory);
         to.clear();
-        let Memory { live, same, slot_of, broken, near, .. } = memory;
+        let Memory { live, same, slot_of, broken, near, exact, .. } = memory;
         slot_of.clear();
         slot_of.extend(0..INPUTS);
         for (i, one) in part.ins.iter().enumerate() {
-            if !live[i + INPUTS as usize] {
+            let slot = i + INPUTS as usize;
+            if !live[slot] {
                 slot_of.push(u32::MAX);
                 continue;
             }
-            let winner = same[i + INPUTS as usize];
-            if winner != u32::MAX {
-                slot_of.push(slot_of[winner as usize]);
+            if let Some(other) = alias(one, same[slot], slot_of) {
+                slot_of.push(other);
                 continue;
             }
             let d = to.ins.len() as u32 + INPUTS;
@@ -194,28 +241,32 @@ impl Probe {
             for a in &mut new.a[..one.op.arity()] {
                 *a = slot_of[*a as usize];
             }
-            let consts = &part.consts[one.k as usize..(one.k + one.n) as usize];
-            if one.op == Op::SphereUnion && !broken[i + INPUTS as usize] {
-                self.near_spheres(part, i, cell, consts, &mut to.consts);
-                new.n = to.consts.len() as u32 - new.k;
-                if new.n == 4 {
-                    new.op = Op::Sphere;
+            let spheres = if broken[slot] {
+                None
+            } else {
+                self.spheres(pruner, Union { part, one, cell, below: exact[slot] }, near, &mut to.consts)
+            };
+            if let Some(left) = spheres {
+                grown |= left.cut;
+                if !left.any {
+                    slot_of.push(GONE);
+                    continue;
                 }
-            } else if one.op == Op::SphereCrowd
-                && !broken[i + INPUTS as usize]
-                && self.near_crowd(pruner, part, i, cell, near)
-            {
-                near.iter().for_each(|id| to.consts.extend(pruner.crowd(consts).sphere(*id)));
                 new.n = to.consts.len() as u32 - new.k;
                 new.op = if new.n == 4 { Op::Sphere } else { Op::SphereUnion };
             } else {
-                to.consts.extend_from_slice(consts);
+                to.consts.extend_from_slice(&part.consts[one.k as usize..(one.k + one.n) as usize]);
             }
             slot_of.push(d);
             to.ins.push(new);
             to.known.push(part.known[i]);
         }
         to.root = slot_of[part.root as usize];
+        match to.root {
+            GONE => Left::Nothing,
+            _ if grown => Left::Near,
+            _ => Left::All,
+        }
     }
 
     /// Values that may jump inside the cell: those of coordinates that a repetition folds there.
@@ -237,27 +288,59 @@ impl Probe {
         }
     }
 
-    /// Marks what the root needs, and the choices that are decided.
-    fn find_live(&self, part: &Part, cell: usize, memory: &mut Memory) {
-        let Memory { live, same, broken, .. } = memory;
+    /// Marks what the root needs, the choices that are decided, and up to where values have to be kept; whether
+    /// larger ones may have grown.
+    fn find_live(&self, part: &Part, cell: usize, root: f32, memory: &mut Memory) -> bool {
+        let Memory { live, same, broken, exact, .. } = memory;
         let n = part.ins.len() + INPUTS as usize;
         live.clear();
         live.resize(n, false);
         same.clear();
         same.resize(n, u32::MAX);
+        exact.clear();
+        exact.resize(n, f32::NEG_INFINITY);
         live[part.root as usize] = true;
+        exact[part.root as usize] = root;
+        let mut cut = false;
         for i in (0..part.ins.len()).rev() {
             let (one, slot) = (&part.ins[i], i + INPUTS as usize);
             if !live[slot] {
                 continue;
             }
-            match self.winner(part, one, cell, broken) {
-                Some(winner) => {
-                    same[slot] = winner;
-                    live[winner as usize] = true;
+            let keep = part.exact_below(one, exact[slot]);
+            let winner = self.winner(part, one, cell, broken);
+            let only = if winner.is_none() { self.only_near(part, one, cell, keep, broken) } else { None };
+            cut |= only.is_some();
+            let mut needs = |a: u32| {
+                live[a as usize] = true;
+                exact[a as usize] = exact[a as usize].max(keep);
+            };
+            match winner.or(only) {
+                Some(operand) => {
+                    same[slot] = operand;
+                    needs(operand);
                 }
-                None => one.a[..one.op.arity()].iter().for_each(|a| live[*a as usize] = true),
+                None => one.a[..one.op.arity()].iter().for_each(|a| needs(*a)),
             }
+        }
+        cut
+    }
+
+    /// The operand of a union that alone comes below a value in the cell.
+    fn only_near(&self, part: &Part, one: &Ins, cell: usize, below: f32, broken: &[bool]) -> Option<u32> {
+        if !matches!(one.op, Op::Min | Op::Smin) {
+            return None;
+        }
+        let [a, b, ..] = one.a;
+        let far = |slot: u32| {
+            self.slot(part, slot, cell) - self.deviation(part, slot, cell, broken[slot as usize]) > below
+        };
+        match (far(a), far(b)) {
+            (true, false) => Some(b),
+            (false, true) => Some(a),
+            (true, true) if self.slot(part, a, cell) < self.slot(part, b, cell) => Some(a),
+            (true, true) => Some(b),
+            (false, false) => None,
         }
     }
 
@@ -276,32 +359,5 @@ impl Probe {
             + self.deviation(part, a, cell, broken[a as usize])
             + self.deviation(part, b, cell, broken[b as usize]);
         (gap.abs() > near).then_some(if (gap < 0.0) != larger { a } else { b })
-    }
-
-    /// The spheres of a crowd that may be the nearest somewhere in the cell, if they are few enough to be asked
-    /// one by one.
-    fn near_crowd(&self, pruner: &Pruner, part: &Part, i: usize, cell: usize, to: &mut Vec<u32>) -> bool {
-        let one = &part.ins[i];
-        let p = [0, 1, 2].map(|a| self.slot(part, one.a[a], cell));
-        let reach = self.slot(part, one.d, cell) + 2.0 * self.deviation(part, one.d, cell, false);
-        let crowd = pruner.crowd(&part.consts[one.k as usize..]);
-        reach.is_finite() && crowd.within(p, reach, FEW, to) && !to.is_empty()
-    }
-
-    /// The spheres of a union that may be the nearest somewhere in the cell.
-    fn near_spheres(&self, part: &Part, i: usize, cell: usize, table: &[f64], to: &mut Vec<f64>) {
-        let one = &part.ins[i];
-        let [x, y, z] = [0, 1, 2].map(|a| self.slot(part, one.a[a], cell));
-        let near = self.slot(part, one.d, cell) + 2.0 * self.deviation(part, one.d, cell, false);
-        to.reserve(table.len());
-        for s in table.chunks_exact(4) {
-            let (dx, dy, dz) = (x - s[0] as f32, y - s[1] as f32, z - s[2] as f32);
-            let far = near + s[3] as f32;
-            // Kept unless certainly farther; what is not a number is kept as well.
-            let gone = far >= 0.0 && dx * dx + dy * dy + dz * dz > far * far;
-            if !gone {
-                to.extend_from_slice(s);
-            }
-        }
     }
 }

@@ -6,7 +6,7 @@ use super::ROUNDING;
 use crate::{
     eval::Native,
     graph::INPUTS,
-    op::{Ins, Stock},
+    op::{Ins, Op, Stock},
     tape::Tape,
 };
 
@@ -57,6 +57,18 @@ impl Part {
         match slot.checked_sub(INPUTS) {
             Some(i) => self.known[i as usize],
             None => Known { slope: 1.0, size: 0.0, everywhere: true },
+        }
+    }
+
+    /// Up to where an instruction's operands have to keep their values, so that its own keep theirs up to `below`
+    /// and none above comes down.
+    pub(super) fn exact_below(&self, one: &Ins, below: f32) -> f32 {
+        let constant = || self.consts[one.k as usize] as f32;
+        match one.op {
+            Op::Min | Op::Max | Op::Smax => below,
+            // A blend differs from its smaller operand by a quarter of its radius, while the other is within it.
+            Op::Smin => below + 1.25 * constant(),
+            _ => f32::INFINITY,
         }
     }
 
@@ -132,6 +144,8 @@ pub struct Memory {
     pub(super) same: Vec<u32>,
     /// Whether a repetition jumps inside the ball.
     pub(super) broken: Vec<bool>,
+    /// Up to where an instruction's value has to be kept.
+    pub(super) exact: Vec<f32>,
     /// Spheres of a crowd.
     pub(super) near: Vec<u32>,
 }

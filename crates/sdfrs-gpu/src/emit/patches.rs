@@ -297,7 +297,7 @@ impl Grower<'_> {
                 continue;
             }
             let mut shorter = Part::blank();
-            tools.probe.narrow(self.pruner, part, i, &mut tools.memory, &mut shorter);
+            tools.probe.narrow(self.pruner, part, (i, f32::INFINITY), &mut tools.memory, &mut shorter);
             children.push((cell, shorter));
         }
         self.give(tools);

@@ -9,7 +9,7 @@ use std::array;
 use sdfrs_core::{
     Real,
     eval::{Kernel, Lanes, Native, vectorise},
-    prune::Cell,
+    prune::{Cell, Rod},
 };
 
 use super::swarm::Swarm;
@@ -72,11 +72,19 @@ impl Beam {
         let far = lo.abs().max(hi.abs());
         let centre: [f64; 3] = array::from_fn(|a| self.origin[a] + middle * self.direction[a]);
         let along = self.along + half + far * self.bulge;
-        let radius = along.hypot(self.apart + far * self.spread);
+        let across = self.apart + far * self.spread;
+        let radius = along.hypot(across);
         let centre32 = centre.map(|c| c as f32);
         // The centre as it is rounded, and points as any precision rounds them.
         let size = centre.iter().fold(radius, |s, c| s + c.abs());
-        Cell { centre: centre32, radius: (radius + 8.0 * f64::from(f32::EPSILON) * size) as f32 }
+        let noise = 8.0 * f64::from(f32::EPSILON) * size;
+        let length = dot(self.direction, self.direction).sqrt();
+        let rod = Rod {
+            axis: self.direction.map(|v| (v / length) as f32),
+            along: (along + noise) as f32,
+            across: (across + noise) as f32,
+        };
+        Cell { centre: centre32, radius: (radius + noise) as f32, rod: Some(rod) }
     }
 
     /// How far along the beam a ball of that radius around its axis at `t` clears all rays: the depth.

@@ -9,7 +9,7 @@ use sdfrs_core::{
     Field,
     contract::Work,
     eval::{Native, Program},
-    prune::{CELLS, Memory, Part, Probe, Pruner},
+    prune::{CELLS, Left, Memory, Part, Probe, Pruner},
 };
 
 use super::{Threshold, beam::Beam};
@@ -18,6 +18,7 @@ use super::{Threshold, beam::Beam};
 /// groups.
 #[derive(Debug, Clone, Copy)]
 pub struct Sizes {
+    pub block: usize,
     pub group: usize,
     coarse: f64,
     fine: f64,
@@ -25,20 +26,23 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { group: 16, coarse: 1.0, fine: 1.5 }
+        Self { block: 64, group: 16, coarse: 2.0, fine: 1.5 }
     }
 }
 
 impl Sizes {
     /// Finer where a cell's program can be found in a crowd, and where long programs make empty cells worth more.
     pub fn of(pruner: &Pruner, skip: bool) -> Self {
-        if pruner.has_crowds() {
-            Self { group: 8, coarse: 2.0, fine: 0.75 }
-        } else if skip && pruner.whole().ops() >= LONG {
-            Self { fine: 0.75, ..Self::default() }
-        } else {
-            Self::default()
+        if !skip {
+            let exact = Self { coarse: 1.0, ..Self::default() };
+            return if pruner.has_crowds() {
+                Self { group: 8, coarse: 2.0, fine: 0.75, ..exact }
+            } else {
+                exact
+            };
         }
+        let long = pruner.has_crowds() || pruner.whole().ops() >= LONG;
+        Self { fine: if long { 0.75 } else { 1.5 }, ..Self::default() }
     }
 }
 
@@ -60,6 +64,8 @@ struct Row {
     /// Where rays can be taken from slab `i` without meeting anything; its own beginning if nowhere.
     clear_to: [f64; CELLS],
     made: [bool; CELLS],
+    /// What is made may say too much above the hit threshold.
+    near: [bool; CELLS],
 }
 
 impl Row {
@@ -70,6 +76,7 @@ impl Row {
             len: 0,
             clear_to: [0.0; CELLS],
             made: [false; CELLS],
+            near: [false; CELLS],
         }
     }
 
@@ -89,8 +96,13 @@ impl Row {
         (self.edges[first], self.clear_to[i])
     }
 
-    /// Probes the slabs between the edges.
-    fn look(&mut self, part: &Part, beam: &Beam, limit: &Threshold<f64>, skip: bool) {
+    /// Up to where the field has to be kept in slab `i`: larger values are no hits.
+    fn exact(&self, i: usize, limit: &Threshold<f64>, skip: bool) -> f32 {
+        if skip { self.probe.threshold(i, (limit.eps, limit.cone), self.edges[i + 1]) } else { f32::INFINITY }
+    }
+
+    /// Probes the slabs between the edges. Up to the depth `end` the part says how far the next thing is.
+    fn look(&mut self, part: &Part, beam: &Beam, limit: &Threshold<f64>, skip: bool, end: f64) {
         let cells: [_; CELLS] = std::array::from_fn(|i| {
             let i = i.min(self.len - 1);
             beam.cell(self.edges[i], self.edges[i + 1])
@@ -105,7 +117,7 @@ impl Row {
                 continue;
             }
             let beyond = if i + 1 < self.len { self.clear_to[i + 1] } else { hi };
-            self.clear_to[i] = beyond.max(hi).max(beam.clear_to(0.5 * (lo + hi), clear));
+            self.clear_to[i] = beyond.max(hi).max(beam.clear_to(0.5 * (lo + hi), clear).min(end));
         }
     }
 }
@@ -114,10 +126,19 @@ impl Row {
 pub enum Found<'a, T: Native> {
     /// Nothing is there, from the first depth to the second.
     Empty(f64, f64),
-    /// Up to this depth this program has the field's values.
-    Program(f64, &'a Program<T>),
+    /// Between these depths a program has the field's values.
+    Cell(Stretch<'a, T>),
     /// Only the whole field does.
     Whole,
+}
+
+/// A cell's depths, and its program.
+pub struct Stretch<'a, T: Native> {
+    pub from: f64,
+    pub to: f64,
+    pub program: &'a Program<T>,
+    /// Whether values above the hit threshold may be too large: what no ray meets here is left out.
+    pub near: bool,
 }
 
 pub struct Cells<T: Native> {
@@ -209,7 +230,9 @@ impl<T: Native> Cells<T> {
                     let (from, to) = self.rows[row].0.clear(slab);
                     return Found::Empty(from, to);
                 }
-                self.refine(pruner, row, slab);
+                if !self.refine(pruner, row, slab) {
+                    return Found::Empty(self.rows[row].0.edges[slab], self.rows[row].0.edges[slab + 1]);
+                }
                 let Some(cell) = self.fine.find(t) else { return Found::Whole };
                 cell
             }
@@ -218,14 +241,27 @@ impl<T: Native> Cells<T> {
             let (from, to) = self.fine.clear(cell);
             return Found::Empty(from, to);
         }
-        if !self.fine.made[cell] {
-            self.fine.made[cell] = true;
-            let (row, slab) = self.within;
-            let from = &self.rows[row].1[slab];
-            self.fine.probe.narrow_last(pruner, from, cell, &mut self.memory, &mut self.part);
-            pruner.program(&self.part, &mut self.memory, &mut self.programs[cell]);
+        if !self.fine.made[cell] && !self.make(pruner, cell) {
+            return Found::Empty(self.fine.edges[cell], self.fine.edges[cell + 1]);
         }
-        Found::Program(self.fine.edges[cell + 1], &self.programs[cell])
+        let (from, to) = (self.fine.edges[cell], self.fine.edges[cell + 1]);
+        Found::Cell(Stretch { from, to, program: &self.programs[cell], near: self.fine.near[cell] })
+    }
+
+    /// Makes a fine cell's program; false if nothing is there.
+    fn make(&mut self, pruner: &Pruner, cell: usize) -> bool {
+        let (row, slab) = self.within;
+        let (coarse, parts) = &self.rows[row];
+        let what = (cell, self.fine.exact(cell, &self.limit, self.skip));
+        let left = self.fine.probe.narrow_last(pruner, &parts[slab], what, &mut self.memory, &mut self.part);
+        if left == Left::Nothing {
+            self.fine.clear_to[cell] = self.fine.edges[cell + 1];
+            return false;
+        }
+        self.fine.made[cell] = true;
+        self.fine.near[cell] = left == Left::Near || coarse.near[slab];
+        pruner.program(&self.part, &mut self.memory, &mut self.programs[cell]);
+        true
     }
 
     fn slab(&self, t: f64) -> Option<(usize, usize)> {
@@ -261,18 +297,24 @@ impl<T: Native> Cells<T> {
             row.len = 0;
             return None;
         }
-        row.look(pruner.whole(), &self.block, &self.limit, self.skip);
+        row.look(pruner.whole(), &self.block, &self.limit, self.skip, f64::INFINITY);
         self.probed += CELLS as u64 * pruner.whole().ops();
         Some(at)
     }
 
-    /// Slabs of the group inside a slab of the block.
-    fn refine(&mut self, pruner: &Pruner, row: usize, slab: usize) {
+    /// Slabs of the group inside a slab of the block; false if nothing is there.
+    fn refine(&mut self, pruner: &Pruner, row: usize, slab: usize) -> bool {
         let (coarse, parts) = &mut self.rows[row];
         let (lo, hi) = (coarse.edges[slab], coarse.edges[slab + 1]);
         if !coarse.made[slab] {
             coarse.made[slab] = true;
-            coarse.probe.narrow(pruner, pruner.whole(), slab, &mut self.memory, &mut parts[slab]);
+            let what = (slab, coarse.exact(slab, &self.limit, self.skip));
+            let left = coarse.probe.narrow(pruner, pruner.whole(), what, &mut self.memory, &mut parts[slab]);
+            if left == Left::Nothing {
+                coarse.clear_to[slab] = hi;
+                return false;
+            }
+            coarse.near[slab] = left == Left::Near;
         }
         let count = ((hi - lo) / (self.sizes.fine * self.group.width(hi))).ceil().clamp(1.0, CELLS as f64);
         self.fine.len = count as usize;
@@ -281,8 +323,10 @@ impl<T: Native> Cells<T> {
         }
         self.fine.edges[self.fine.len] = hi;
         self.within = (row, slab);
-        self.fine.look(&parts[slab], &self.group, &self.limit, self.skip);
+        let end = if coarse.near[slab] { hi } else { f64::INFINITY };
+        self.fine.look(&parts[slab], &self.group, &self.limit, self.skip, end);
         self.probed += CELLS as u64 * parts[slab].ops();
+        true
     }
 
     /// Points that ran a program of that length.

@@ -32,7 +32,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
     fn run(self) {
         let zero = T::Lanes::c(0.0);
         let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
-        let Swarm { packs, near, alive } = self.swarm;
+        let Swarm { packs, near, alive, .. } = self.swarm;
         for (pack, near) in packs.iter_mut().zip(near) {
             if !(*near < self.to) {
                 continue;
@@ -91,6 +91,40 @@ fn pass<T: Native, R: Rule<T::Lanes>>(
     passed.count_ones() as usize
 }
 
+/// Rays come to a stretch in which nothing is known but what is near.
+pub struct Enter<'a, T: Native, R> {
+    pub swarm: &'a mut Swarm<T>,
+    pub rule: PhantomData<R>,
+    pub from: T,
+    pub to: T,
+}
+
+impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
+    #[inline(always)]
+    fn run(self) {
+        let zero = T::Lanes::c(0.0);
+        let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
+        let Swarm { packs, near, .. } = self.swarm;
+        for (pack, near) in packs.iter_mut().zip(near) {
+            if !(*near < self.to) {
+                continue;
+            }
+            let ask = pack.rays.t;
+            let s = &mut pack.state;
+            let asks = T::Lanes::lt(ask, to) & T::Lanes::lt(s.t, from);
+            // A longer step proves nothing of what it left out.
+            let ask = T::Lanes::pick(asks, ask.min(s.t + s.r), ask);
+            let anew = asks & !T::Lanes::lt(ask, from);
+            s.z = T::Lanes::pick(anew, zero, T::Lanes::pick(asks, s.r, s.z));
+            s.t = T::Lanes::pick(anew, ask, s.t);
+            s.r = T::Lanes::pick(anew, zero, s.r);
+            s.m = T::Lanes::pick(anew, T::Lanes::c(-1.0), s.m);
+            pack.rays.t = ask;
+            *near = pack.rays.t.least();
+        }
+    }
+}
+
 /// The lanes whose bits are set.
 #[inline(always)]
 fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
@@ -137,6 +171,8 @@ pub struct Step<'a, 'b, T: Native, R, S> {
     pub p: &'a [Vec<T>; 3],
     pub r: &'a [T],
     pub until: T,
+    /// Where rays have to stop: nothing of what lies beyond is in the samples.
+    pub edge: T,
     pub feed: &'a mut Feed<'b, T>,
     pub sink: &'a mut S,
 }
@@ -150,14 +186,17 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             x.chunks_exact(w).zip(y.chunks_exact(w)).zip(z.chunks_exact(w)).zip(self.r.chunks_exact(w));
         let mut ends =
             Ends { limit: self.limit, max_steps: self.max_steps, feed: self.feed, sink: self.sink, ended: 0 };
-        let Swarm { packs, near, alive } = self.swarm;
+        let Swarm { packs, near, alive, .. } = self.swarm;
         for (&number, (((x, y), z), r)) in self.picked.iter().zip(columns) {
             let pack = &mut packs[number as usize];
             let p = [T::Lanes::load(x), T::Lanes::load(y), T::Lanes::load(z)];
             let samples = self.limit.sample(pack.rays.t, p, T::Lanes::load(r));
             let on = T::Lanes::lt(samples.t, T::Lanes::splat(self.until));
             let t_max = pack.rays.t_max;
-            let verdict = step(self.rule, &mut pack.state, &samples, t_max, on);
+            let edge = T::Lanes::splat(self.edge);
+            let stops = T::Lanes::lt(edge, t_max);
+            let end = T::Lanes::pick(stops, T::Lanes::splat(T::INFINITY), t_max);
+            let verdict = step(self.rule, &mut pack.state, &samples, end, on);
             verdict.accepted.count(&mut pack.accepted);
             if R::LONGER {
                 verdict.fallback.count(&mut pack.fallbacks);
@@ -168,6 +207,18 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             pack.rays.t = T::Lanes::pick(on, (pack.state.t + length).min(t_max), samples.t);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
             let ended = invalid | crossed | hit | far | spent;
+            let over = on & !ended & !T::Lanes::lt(pack.rays.t, edge) & stops;
+            if over.any() {
+                let s = &mut pack.state;
+                let reached = s.t + s.r;
+                let anew = over & !T::Lanes::lt(reached, edge);
+                let zero = T::Lanes::c(0.0);
+                pack.rays.t = T::Lanes::pick(over, reached.min(edge), pack.rays.t);
+                s.z = T::Lanes::pick(anew, zero, T::Lanes::pick(over, s.r, s.z));
+                s.t = T::Lanes::pick(anew, edge, s.t);
+                s.r = T::Lanes::pick(anew, zero, s.r);
+                s.m = T::Lanes::pick(anew, T::Lanes::c(-1.0), s.m);
+            }
             if ended.any() {
                 let mut code = T::Lanes::pick(far, T::Lanes::c(code::MISS), T::Lanes::c(code::SPENT));
                 code = T::Lanes::pick(hit, T::Lanes::c(code::HIT), code);

@@ -214,7 +214,7 @@ impl<T: Native> Job<'_, T> {
             };
             return Ok(self.tiles(&order, memory, tile)?.0);
         };
-        let order = Order::in_blocks(self.rays, sizes.group, self.control);
+        let order = Order::in_blocks(self.rays, [sizes.block, sizes.group], self.control);
         let (mut hits, workers) = self.tiles(&order, memory, |worker, block, out| {
             worker.block(self, pruner, rule, (&order, block), out);
         })?;

@@ -6,14 +6,12 @@ use sdfrs_core::{Control, Hits, eval::Native};
 
 use super::{Source, columns::place, feed::Wanted, swarm::QUAD};
 
-/// Rays along a side of a block that shares one coarse program.
-const BLOCK: usize = 64;
-
 /// Rays in tiles.
 pub struct Order {
     count: usize,
     kind: Kind,
-    /// Rays along a side of a group, which shares a fine program.
+    /// Rays along a side of a block, which shares a coarse program, and of a group, which shares a fine one.
+    block: usize,
     group: usize,
 }
 
@@ -29,37 +27,43 @@ enum Kind {
 impl Order {
     pub fn in_line<T: Native>(rays: &dyn Source<T>, size: usize) -> Self {
         let count = rays.count();
-        Self { count, kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) }, group: 1 }
+        Self {
+            count,
+            kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) },
+            block: 1,
+            group: 1,
+        }
     }
 
     /// Rays in blocks, blocks in groups.
-    pub fn in_blocks<T: Native>(rays: &dyn Source<T>, group: usize, control: &Control) -> Self {
+    pub fn in_blocks<T: Native>(rays: &dyn Source<T>, [block, group]: [usize; 2], control: &Control) -> Self {
         let count = rays.count();
         let kind = match rays.width() {
             Some(width) => Kind::Blocks { width, height: count / width },
             None => Kind::Sorted(sorted(rays, control)),
         };
-        Self { count, kind, group }
+        Self { count, kind, block, group }
     }
 
     pub fn tiles(&self) -> usize {
         match &self.kind {
             Kind::Line { size, .. } => self.count.div_ceil(*size),
-            Kind::Blocks { width, height } => width.div_ceil(BLOCK) * height.div_ceil(BLOCK),
-            Kind::Sorted(_) => self.count.div_ceil(BLOCK * BLOCK),
+            Kind::Blocks { width, height } => width.div_ceil(self.block) * height.div_ceil(self.block),
+            Kind::Sorted(_) => self.count.div_ceil(self.block * self.block),
         }
     }
 
     /// Calls `take(tile, n)` for the next `n` results, from the first to the last.
     pub fn pieces(&self, mut take: impl FnMut(usize, usize)) {
+        let block = self.block;
         let size = match &self.kind {
             Kind::Line { size, .. } => *size,
-            Kind::Sorted(_) => BLOCK * BLOCK,
+            Kind::Sorted(_) => block * block,
             Kind::Blocks { width, height } => {
-                let across = width.div_ceil(BLOCK);
+                let across = width.div_ceil(block);
                 for y in 0..*height {
                     for x in 0..across {
-                        take(y / BLOCK * across + x, BLOCK.min(width - x * BLOCK));
+                        take(y / block * across + x, block.min(width - x * block));
                     }
                 }
                 return;
@@ -74,7 +78,7 @@ impl Order {
     pub fn tile(&self, tile: usize, rays: &mut Vec<Wanted>, groups: &mut Vec<usize>) {
         rays.clear();
         groups.clear();
-        let group = self.group;
+        let Self { block, group, .. } = *self;
         match &self.kind {
             Kind::Line { size, width } => {
                 let first = tile * size;
@@ -89,16 +93,16 @@ impl Order {
                 groups.push(rays.len());
             }
             Kind::Sorted(order) => {
-                let first = tile * BLOCK * BLOCK;
-                let ids = order[first..].iter().take(BLOCK * BLOCK).enumerate();
+                let first = tile * block * block;
+                let ids = order[first..].iter().take(block * block).enumerate();
                 rays.extend(ids.map(|(i, ray)| Wanted { x: *ray, y: 0, place: place(0, i) }));
                 groups.extend((group * group..rays.len()).step_by(group * group));
                 groups.push(rays.len());
             }
             Kind::Blocks { width, height } => {
-                let across = width.div_ceil(BLOCK);
-                let corner = [tile % across * BLOCK, tile / across * BLOCK];
-                let end = [(corner[0] + BLOCK).min(*width), (corner[1] + BLOCK).min(*height)];
+                let across = width.div_ceil(block);
+                let corner = [tile % across * block, tile / across * block];
+                let end = [(corner[0] + block).min(*width), (corner[1] + block).min(*height)];
                 squares(corner, end, [group; 2], |from, to| {
                     squares(from, to, [QUAD; 2], |from, to| {
                         squares(from, to, [1; 2], |[x, y], _| {

@@ -13,7 +13,7 @@ use sdfrs_core::{
 use super::{
     Threshold,
     feed::{Bundle, Feed},
-    kernels::{Jump, Points, Step},
+    kernels::{Enter, Jump, Points, Step},
 };
 use crate::tracer::{
     guarded::{Bracket, Rule, State},
@@ -193,11 +193,11 @@ impl<T: Native> Swarm<T> {
         max_steps: u32,
         picked: &[u32],
         (p, r): (&[Vec<T>; 3], &[T]),
-        until: T,
+        (until, edge): (T, T),
         feed: &mut Feed<T>,
         sink: &mut impl Sink<T>,
     ) {
-        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, feed, sink });
+        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, edge, feed, sink });
         self.tidy();
     }
 
@@ -218,6 +218,11 @@ impl<T: Native> Swarm<T> {
     pub fn jump<R: Rule<T::Lanes>>(&mut self, from: T, to: T, sink: &mut impl Sink<T>) {
         vectorise(Jump { swarm: self, rule: std::marker::PhantomData::<R>, from, to, sink });
         self.tidy();
+    }
+
+    /// Rays that ask for a sample from `from` to `to` for the first time start anew there: the field is another one.
+    pub fn enter<R: Rule<T::Lanes>>(&mut self, from: T, to: T) {
+        vectorise(Enter { swarm: self, rule: std::marker::PhantomData::<R>, from, to });
     }
 
     /// Closes the ranks once a quarter of the lanes is free.

@@ -45,7 +45,7 @@ impl<T: Native> Samples<T> {
         job: &Job<T>,
         field: &dyn Field<T>,
         rule: R,
-        until: T,
+        (until, edge): (T, T),
         swarm: &mut Swarm<T>,
         feed: &mut Feed<T>,
         out: &mut Columns<T>,
@@ -56,7 +56,7 @@ impl<T: Native> Samples<T> {
         let n = picked.len() * Swarm::<T>::WIDTH;
         r.resize(r.len().max(n), T::of(0.0));
         field.eval(scratch, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut r[..n]);
-        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), until, feed, out);
+        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), (until, edge), feed, out);
         n as u64
     }
 
@@ -72,7 +72,7 @@ impl<T: Native> Samples<T> {
     ) {
         let mut points = 0;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
-            points += self.step(job, field, rule, T::INFINITY, swarm, feed, out);
+            points += self.step(job, field, rule, (T::INFINITY, T::INFINITY), swarm, feed, out);
         }
         out.work.add(field.ops(), points);
     }
@@ -159,18 +159,32 @@ impl<T: Native> Worker<T> {
         let Self { swarms, cells, samples, .. } = self;
         let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
         cells.begin_group(beam);
+        let mut inside = f64::NAN;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
-            let (until, field): (T, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
+            let found = cells.find(pruner, near.f64());
+            let (until, edge, field): (T, T, &dyn Field<T>) = match found {
                 Found::Empty(from, to) if T::of(to) > near => {
                     swarm.jump::<R>(T::of(from), T::of(to), out);
                     continue;
                 }
-                Found::Program(until, program) if T::of(until) > near => (T::of(until), program),
-                _ => (T::INFINITY, cells.whole(job.field)),
+                Found::Cell(cell) if T::of(cell.to) > near => {
+                    let (from, to) = (T::of(cell.from), T::of(cell.to));
+                    if inside != cell.from {
+                        inside = cell.from;
+                        if cell.near {
+                            swarm.enter::<R>(from, to);
+                        }
+                        if !(swarm.nearest() >= from && swarm.nearest() < to) {
+                            continue;
+                        }
+                    }
+                    (to, if cell.near { to } else { T::INFINITY }, cell.program)
+                }
+                _ => (T::INFINITY, T::INFINITY, cells.whole(job.field)),
             };
             let ops = field.ops();
-            let points = samples.step(job, field, rule, until, swarm, &mut nobody, out);
+            let points = samples.step(job, field, rule, (until, edge), swarm, &mut nobody, out);
             cells.count(ops, points);
         }
     }

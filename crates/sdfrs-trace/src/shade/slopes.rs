@@ -54,7 +54,13 @@ impl<T: Native> Slopes<T> {
         for squares in squares.chunks(CELLS) {
             let to = squares[squares.len() - 1];
             self.probes[0].look(pruner.whole(), &[ball(points, from..to)]);
-            self.probes[0].narrow(pruner, pruner.whole(), 0, &mut self.memory, &mut self.coarse);
+            self.probes[0].narrow(
+                pruner,
+                pruner.whole(),
+                (0, f32::INFINITY),
+                &mut self.memory,
+                &mut self.coarse,
+            );
             self.each(pruner, squares, from, points, out);
             from = to;
         }
@@ -77,7 +83,7 @@ impl<T: Native> Slopes<T> {
         }
         probes[1].look(coarse, &cells[..squares.len()]);
         for (i, (from, &to)) in starts().zip(squares).enumerate() {
-            probes[1].narrow_last(pruner, coarse, i, memory, fine);
+            probes[1].narrow_last(pruner, coarse, (i, f32::INFINITY), memory, fine);
             pruner.program(fine, memory, short);
             gradient(short, scratch, from..to, points, out);
         }
@@ -113,5 +119,5 @@ fn ball<T: Native>(points: &[Vec<T>; 3], at: std::ops::Range<usize>) -> Cell {
     let radius = f64::sqrt(square);
     let radius = radius + 8.0 * f64::from(f32::EPSILON) * (size + radius);
     let radius = if radius.is_finite() { radius as f32 } else { f32::INFINITY };
-    Cell { centre: centre.map(|c| c as f32), radius }
+    Cell { centre: centre.map(|c| c as f32), radius, rod: None }
 }
