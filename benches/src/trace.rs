@@ -1,9 +1,11 @@
 //! A picture of rays, traced by Hart's plain loop: one ray at a time, or 32x32 rays in waves.
 
-use sdfrs_core::{Control, Limits, Program, Prune, Status};
+use std::sync::Mutex;
+
+use sdfrs_core::{Control, Hits, Limits, Program, Prune, Status};
 use sdfrs_trace::{
     Tracer,
-    march::{Ray, Source, trace_source},
+    march::{Ray, Source, trace_over},
 };
 
 use crate::{Scene, fidget_peer::Jit};
@@ -133,6 +135,8 @@ pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
 pub struct Batch {
     rays: Vec<Ray<f32>>,
     width: usize,
+    /// The last picture's memory: the peers keep theirs as well, and write no results.
+    hits: Mutex<Hits<f32>>,
 }
 
 impl Source<f32> for Batch {
@@ -150,7 +154,7 @@ impl Source<f32> for Batch {
 impl Batch {
     pub fn new(lines: &[Line], width: usize) -> Self {
         let ray = |l: &Line| Ray { origin: l.o, direction: l.d, t_min: 0.0, t_max: T_MAX };
-        Self { rays: lines.iter().map(ray).collect(), width }
+        Self { rays: lines.iter().map(ray).collect(), width, hits: Mutex::default() }
     }
 
     pub fn trace(&self, field: &Program<f32>) -> Totals {
@@ -159,9 +163,13 @@ impl Batch {
 
     pub fn pruned(&self, field: &Program<f32>, prune: Prune) -> Totals {
         let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune };
-        let hits =
-            trace_source(field, &Tracer::Basic { guards: true }, self, &limits, &Control::new()).unwrap();
+        let tracer = Tracer::Basic { guards: true };
+        let mut memory = self.hits.lock().unwrap();
+        let old = std::mem::take(&mut *memory);
+        let hits = trace_over(field, &tracer, self, &limits, &Control::new(), old).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
-        Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
+        let totals = Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() };
+        *memory = hits;
+        totals
     }
 }

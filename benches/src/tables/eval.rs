@@ -78,10 +78,9 @@ pub fn crowds() {
             assert_eq!(a, b, "{n} spheres");
             let [asked, found] = clock::minima(
                 SECONDS,
-                [
-                    &mut || asked.evaluate(&mut one, black_box(p), black_box(&mut a)),
-                    &mut || found.evaluate(&mut other, black_box(p), black_box(&mut b)),
-                ],
+                [&mut || asked.evaluate(&mut one, black_box(p), black_box(&mut a)), &mut || {
+                    found.evaluate(&mut other, black_box(p), black_box(&mut b))
+                }],
             )
             .map(|s| s * 1e9 / n_points as f64);
             println!("| {n} | {place} | {asked:.0} | {found:.0} | {:.1} |", asked / found);

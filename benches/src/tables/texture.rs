@@ -37,7 +37,8 @@ pub fn texture() {
     println!("|---|---|---|---|---|---|");
     for n in [64, 256] {
         let nodes = Nodes::new(n);
-        let grid = Grid::new(GridValues::F32(nodes.values.clone().into()), [n; 3], [-1.0; 3], [1.0; 3]).unwrap();
+        let grid =
+            Grid::new(GridValues::F32(nodes.values.clone().into()), [n; 3], [-1.0; 3], [1.0; 3]).unwrap();
         let program = Program::<f32>::values(&Shape::texture(grid).unwrap()).unwrap();
         // What the prototype's pairs of neighbours took of its plain function.
         let marches = [(March::Z, "along z"), (March::X, "along x"), (March::Anywhere, "anywhere")];
@@ -103,7 +104,8 @@ impl Batches {
         };
         let mut random = Random(7);
         let wanted = if matches!(march, March::Anywhere) { count * BATCH } else { 0 };
-        let anywhere = std::array::from_fn(|_| (0..wanted).map(|_| random.within(-1.0, 1.0) as f32).collect());
+        let anywhere =
+            std::array::from_fn(|_| (0..wanted).map(|_| random.within(-1.0, 1.0) as f32).collect());
         Self { march, tiles, cells, count, anywhere }
     }
 

@@ -158,6 +158,10 @@ fn compare<T: Native>(seed: u64, scenes: usize) -> Saved {
                 c.steps[i]
             );
         }
+        // Cells of other programs are no steps of one field.
+        let steepest = |h: &Hits<T>| h.witness.iter().fold(0.0, |most, w| f64::max(most, w.f64()));
+        let (steep, seen) = (steepest(&a), steepest(&c));
+        assert!(seen <= 1.01 || seen <= steep * 1.01, "{what}: slopes of {seen} seen, not {steep}");
         saved.rays += a.t.len();
         saved.whole += operations(&a);
         saved.exact += operations(&b);

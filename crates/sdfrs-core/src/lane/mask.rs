@@ -14,6 +14,9 @@ pub trait Truth: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Outpu
     fn bits(self) -> u32;
     /// Adds 1 to the counts of the lanes in which it holds.
     fn count(self, counts: &mut [u32]);
+    /// The same, brought to memory: what is asked of single lanes would otherwise take the code apart that it comes
+    /// from.
+    fn settled(self) -> Self;
     /// The lanes whose count has come to `most`.
     fn at_least(counts: &[u32], most: u32) -> Self;
 }
@@ -69,6 +72,13 @@ impl<const W: usize> Truth for Mask<W> {
                 counts[i] = counts[i].wrapping_sub(self.0[i]);
             }
         }
+    }
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    fn settled(mut self) -> Self {
+        // SAFETY: no instruction at all.
+        unsafe { std::arch::asm!("/* {0} */", in(reg) &mut self, options(nostack, preserves_flags)) };
+        self
     }
     #[inline(always)]
     fn at_least(counts: &[u32], most: u32) -> Self {

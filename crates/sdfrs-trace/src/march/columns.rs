@@ -48,6 +48,17 @@ impl<'a, T> Columns<'a, T> {
     }
 }
 
+impl<T: Scalar> Columns<'_, T> {
+    /// Forgets what is not written for every ray.
+    pub fn clear(&mut self) {
+        for row in &mut self.rows {
+            row.status.fill(0);
+            row.flags.fill(0);
+            row.fallbacks.fill(0);
+        }
+    }
+}
+
 impl<T: Scalar> Sink<T> for Columns<'_, T> {
     #[inline]
     fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T) {

@@ -77,32 +77,45 @@ impl<'a, T: Native> Feed<'a, T> {
         Self::new(rays, &[])
     }
 
-    /// The next pack of rays: their places and their number.
-    pub fn pack(&mut self) -> Option<(Bundle<T::Lanes>, [u32; WIDEST], usize)> {
-        let next = self.order.get(self.at..).filter(|rest| !rest.is_empty())?;
-        let next = &next[..next.len().min(Self::WIDTH)];
-        self.at += next.len();
-        let mut bundle = self.bundle;
-        self.rays.bundle(next, &mut bundle);
-        // A way without an end ends at the largest number: infinity marks a free lane.
-        bundle.t_max = bundle.t_max.min(T::Lanes::splat(T::MAX));
-        let mut place = [0; WIDEST];
-        for (place, wanted) in place.iter_mut().zip(next) {
+    /// Rays that wait.
+    pub fn waiting(&self) -> usize {
+        self.order.len() - self.at
+    }
+
+    /// The next pack of rays and their places; their number.
+    pub fn pack(&mut self, bundle: &mut Bundle<T::Lanes>, place: &mut [u32; WIDEST]) -> usize {
+        let n = make(self.rays, &self.order[self.at..], bundle);
+        for (place, wanted) in place.iter_mut().zip(&self.order[self.at..][..n]) {
             *place = wanted.place;
         }
-        Some((bundle, place, next.len()))
+        self.at += n;
+        n
     }
 
     /// The next ray into a lane; false if none waits.
     #[inline]
     pub fn next(&mut self, mut enter: impl FnMut(&Bundle<T::Lanes>, usize, u32)) -> bool {
         if self.used == self.made {
-            let Some((bundle, _, n)) = self.pack() else { return false };
-            (self.bundle, self.used, self.made) = (bundle, 0, n);
+            (self.used, self.made) = (0, make(self.rays, &self.order[self.at..], &mut self.bundle));
+            self.at += self.made;
+            if self.made == 0 {
+                return false;
+            }
         }
         let place = self.order[self.at - self.made + self.used].place;
         enter(&self.bundle, self.used, place);
         self.used += 1;
         true
     }
+}
+
+/// The first rays of a queue, as many as a pack holds; their number.
+fn make<T: Native>(rays: &dyn Source<T>, order: &[Wanted], to: &mut Bundle<T::Lanes>) -> usize {
+    let next = &order[..order.len().min(T::Lanes::WIDTH)];
+    if !next.is_empty() {
+        rays.bundle(next, to);
+        // A way without an end ends at the largest number: infinity marks a free lane.
+        to.t_max = to.t_max.min(T::Lanes::splat(T::MAX));
+    }
+    next.len()
 }

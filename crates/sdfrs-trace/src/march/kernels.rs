@@ -14,9 +14,9 @@ use sdfrs_core::{
 use super::{
     Threshold,
     feed::Feed,
-    swarm::{Crossing, Pack, Passed, QUAD, Sink, Swarm},
+    swarm::{Crossing, Pack, Passed, QUAD, Sink, Span, Swarm},
 };
-use crate::tracer::guarded::{Bracket, Rule, Verdict, step};
+use crate::tracer::guarded::{Bracket, Rule, State, Verdict, step};
 
 /// Rays step over what is known to be empty.
 pub struct Jump<'a, T: Native, R, S> {
@@ -30,9 +30,8 @@ pub struct Jump<'a, T: Native, R, S> {
 impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
     #[inline(always)]
     fn run(self) {
-        let zero = T::Lanes::c(0.0);
         let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
-        let Swarm { packs, near, alive, .. } = self.swarm;
+        let Swarm { packs, near, alive } = self.swarm;
         for (pack, near) in packs.iter_mut().zip(near) {
             if !(*near < self.to) {
                 continue;
@@ -43,12 +42,9 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
             let reaches = asks & !T::Lanes::lt(s.t + s.r, from);
             let plain = asks & !reaches;
             let ask = T::Lanes::pick(reaches, to, T::Lanes::pick(plain, s.t + s.r, ask));
-            s.z = T::Lanes::pick(reaches, zero, T::Lanes::pick(plain, s.r, s.z));
-            s.t = T::Lanes::pick(reaches, to, s.t);
-            s.r = T::Lanes::pick(reaches, zero, s.r);
-            s.m = T::Lanes::pick(reaches, T::Lanes::c(-1.0), s.m);
+            restart(s, plain, reaches, to);
             pack.rays.t = ask;
-            let passed = reaches & !T::Lanes::lt(to, t_max);
+            let passed = (reaches & !T::Lanes::lt(to, t_max)).settled();
             if passed.any() {
                 *alive -= pass::<T, R>(pack, passed.bits(), self.sink);
             }
@@ -102,7 +98,6 @@ pub struct Enter<'a, T: Native, R> {
 impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
     #[inline(always)]
     fn run(self) {
-        let zero = T::Lanes::c(0.0);
         let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
         let Swarm { packs, near, .. } = self.swarm;
         for (pack, near) in packs.iter_mut().zip(near) {
@@ -115,14 +110,49 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
             // A longer step proves nothing of what it left out.
             let ask = T::Lanes::pick(asks, ask.min(s.t + s.r), ask);
             let anew = asks & !T::Lanes::lt(ask, from);
-            s.z = T::Lanes::pick(anew, zero, T::Lanes::pick(asks, s.r, s.z));
-            s.t = T::Lanes::pick(anew, ask, s.t);
-            s.r = T::Lanes::pick(anew, zero, s.r);
-            s.m = T::Lanes::pick(anew, T::Lanes::c(-1.0), s.m);
+            restart(s, asks, anew, ask);
             pack.rays.t = ask;
             *near = pack.rays.t.least();
         }
     }
+}
+
+/// Rays that have taken a sample between two depths, and ask for one beyond, stop at the second.
+pub struct Stop<'a, T: Native> {
+    pub swarm: &'a mut Swarm<T>,
+    pub picked: &'a [u32],
+    pub from: T,
+    pub to: T,
+}
+
+impl<T: Native> Kernel for Stop<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
+        let endless = T::Lanes::splat(T::INFINITY);
+        for &number in self.picked {
+            let pack = &mut self.swarm.packs[number as usize];
+            let ask = pack.rays.t;
+            let s = &pack.state;
+            let here = !T::Lanes::lt(s.t, from) & T::Lanes::lt(s.t, to);
+            let over = here & !T::Lanes::lt(ask, to) & T::Lanes::lt(ask, endless);
+            // A longer step proves nothing of what it left out.
+            let reached = (s.t + s.r).min(to);
+            pack.rays.t = T::Lanes::pick(over, reached, ask);
+            let anew = over & !T::Lanes::lt(reached, to);
+            restart(&mut pack.state, over, anew, to);
+        }
+    }
+}
+
+/// Where rays take the plain step, and where they start anew at a depth.
+#[inline(always)]
+fn restart<L: Lanes>(s: &mut State<L>, plain: L::Mask, anew: L::Mask, t: L) {
+    let zero = L::c(0.0);
+    s.z = L::pick(anew, zero, L::pick(plain, s.r, s.z));
+    s.t = L::pick(anew, t, s.t);
+    s.r = L::pick(anew, zero, s.r);
+    s.m = L::pick(anew, L::c(-1.0), s.m);
 }
 
 /// The lanes whose bits are set.
@@ -170,9 +200,7 @@ pub struct Step<'a, 'b, T: Native, R, S> {
     pub picked: &'a [u32],
     pub p: &'a [Vec<T>; 3],
     pub r: &'a [T],
-    pub until: T,
-    /// Where rays have to stop: nothing of what lies beyond is in the samples.
-    pub edge: T,
+    pub span: Span<T>,
     pub feed: &'a mut Feed<'b, T>,
     pub sink: &'a mut S,
 }
@@ -186,16 +214,18 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             x.chunks_exact(w).zip(y.chunks_exact(w)).zip(z.chunks_exact(w)).zip(self.r.chunks_exact(w));
         let mut ends =
             Ends { limit: self.limit, max_steps: self.max_steps, feed: self.feed, sink: self.sink, ended: 0 };
-        let Swarm { packs, near, alive, .. } = self.swarm;
+        let Swarm { packs, alive, .. } = &mut *self.swarm;
+        let until = T::Lanes::splat(self.span.until);
+        let edge = T::Lanes::splat(self.span.known.map_or(T::INFINITY, |(_, to)| to));
         for (&number, (((x, y), z), r)) in self.picked.iter().zip(columns) {
             let pack = &mut packs[number as usize];
             let p = [T::Lanes::load(x), T::Lanes::load(y), T::Lanes::load(z)];
             let samples = self.limit.sample(pack.rays.t, p, T::Lanes::load(r));
-            let on = T::Lanes::lt(samples.t, T::Lanes::splat(self.until));
+            let on = T::Lanes::lt(samples.t, until);
             let t_max = pack.rays.t_max;
-            let edge = T::Lanes::splat(self.edge);
-            let stops = T::Lanes::lt(edge, t_max);
-            let end = T::Lanes::pick(stops, T::Lanes::splat(T::INFINITY), t_max);
+            // A field that ends before the ray tells nothing of its end.
+            let short = T::Lanes::lt(edge, t_max);
+            let end = T::Lanes::pick(short, T::Lanes::splat(T::INFINITY), t_max);
             let verdict = step(self.rule, &mut pack.state, &samples, end, on);
             verdict.accepted.count(&mut pack.accepted);
             if R::LONGER {
@@ -207,18 +237,6 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             pack.rays.t = T::Lanes::pick(on, (pack.state.t + length).min(t_max), samples.t);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
             let ended = invalid | crossed | hit | far | spent;
-            let over = on & !ended & !T::Lanes::lt(pack.rays.t, edge) & stops;
-            if over.any() {
-                let s = &mut pack.state;
-                let reached = s.t + s.r;
-                let anew = over & !T::Lanes::lt(reached, edge);
-                let zero = T::Lanes::c(0.0);
-                pack.rays.t = T::Lanes::pick(over, reached.min(edge), pack.rays.t);
-                s.z = T::Lanes::pick(anew, zero, T::Lanes::pick(over, s.r, s.z));
-                s.t = T::Lanes::pick(anew, edge, s.t);
-                s.r = T::Lanes::pick(anew, zero, s.r);
-                s.m = T::Lanes::pick(anew, T::Lanes::c(-1.0), s.m);
-            }
             if ended.any() {
                 let mut code = T::Lanes::pick(far, T::Lanes::c(code::MISS), T::Lanes::c(code::SPENT));
                 code = T::Lanes::pick(hit, T::Lanes::c(code::HIT), code);
@@ -229,11 +247,15 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
                 ends.pack::<R>(pack, &last, ended.bits());
             }
         }
+        *alive -= ends.ended;
+        if let Some((from, to)) = self.span.known {
+            Stop { swarm: &mut *self.swarm, picked: self.picked, from, to }.run();
+        }
         // Not above: a sum over the lanes there would take the packs of the whole loop apart.
+        let Swarm { packs, near, .. } = self.swarm;
         for &number in self.picked {
             near[number as usize] = packs[number as usize].rays.t.least();
         }
-        *alive -= ends.ended;
     }
 }
 

@@ -112,10 +112,22 @@ pub fn trace_source<T: Native>(
     limits: &Limits,
     control: &Control,
 ) -> Result<Hits<T>, TraceError> {
+    trace_over(field, tracer, rays, limits, control, Hits::default())
+}
+
+/// The same, written over the hits of another trace: of as many rays, it asks for no memory.
+pub fn trace_over<T: Native>(
+    field: &dyn Field<T>,
+    tracer: &Tracer,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+    old: Hits<T>,
+) -> Result<Hits<T>, TraceError> {
     tracer.check()?;
     limits.check()?;
     let of = T::of;
-    let job = Job { field, rays, limits, guards: tracer.guards(), control };
+    let job = Job { field, rays, limits, guards: tracer.guards(), control, old: Mutex::new(old) };
     match *tracer {
         Tracer::Basic { guards: true } => job.steps(basic::Basic),
         Tracer::Basic { guards: false } => job.walks(&basic::Letter),
@@ -156,6 +168,8 @@ struct Job<'a, T: Native> {
     limits: &'a Limits,
     guards: bool,
     control: &'a Control,
+    /// Hits to write over.
+    old: Mutex<Hits<T>>,
 }
 
 /// When a radius is a hit: `max(eps, cone * t)`.
@@ -240,13 +254,20 @@ impl<T: Native> Job<'_, T> {
         run: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
     ) -> Result<(Hits<T>, Vec<M>), TraceError> {
         let memories = Mutex::new(Vec::new());
-        let mut hits = Hits::<T>::blank(self.rays.count());
+        let mut hits = std::mem::take(&mut *lock(&self.old));
+        let used = hits.t.len() == self.rays.count();
+        if !used {
+            hits = Hits::blank(self.rays.count());
+        }
         let mut tiles = columns::split(&mut hits, order);
         let work = || {
             tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
                 if !self.control.is_cancelled() {
                     let free = lock(&memories).pop();
                     let mut own = free.unwrap_or_else(&memory);
+                    if used {
+                        out.clear();
+                    }
                     run(&mut own, tile, out);
                     lock(&memories).push(own);
                     self.control.advance(out.len() as u64);

@@ -37,11 +37,23 @@ pub struct Pack<L> {
 }
 
 impl<L: Lanes> Pack<L> {
-    /// Rays at their starts.
-    fn start(rays: Bundle<L>, place: [u32; WIDEST]) -> Self {
-        let none = [0; WIDEST];
+    /// Nobody.
+    fn blank() -> Self {
+        let (rays, none) = (Bundle::blank(), [0; WIDEST]);
         let state = State::start(rays.t);
-        Self { rays, state, steps: none, fallbacks: none, accepted: none, place }
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none }
+    }
+
+    /// The next rays of a queue, at their starts, over whatever was here; their number.
+    fn begin(&mut self, feed: &mut Feed<L::S>) -> usize
+    where
+        L::S: Native<Lanes = L>,
+    {
+        let n = feed.pack(&mut self.rays, &mut self.place);
+        self.state = State::start(self.rays.t);
+        (self.steps, self.fallbacks, self.accepted) = ([0; WIDEST], [0; WIDEST], [0; WIDEST]);
+        (n..L::WIDTH).for_each(|lane| self.free(lane));
+        n
     }
 
     fn is_free(&self, lane: usize) -> bool {
@@ -109,6 +121,18 @@ impl<L: Lanes> Pack<L> {
     }
 }
 
+/// Which samples are taken: those before a depth; and between which depths a field counts that tells nothing of
+/// what lies beyond.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<T> {
+    pub until: T,
+    pub known: Option<(T, T)>,
+}
+
+impl<T: Scalar> Span<T> {
+    pub const ALL: Self = Self { until: T::INFINITY, known: None };
+}
+
 /// A surface that a safe step went through, to be refined when the others are done.
 pub struct Crossing<T> {
     pub origin: [T; 3],
@@ -158,16 +182,13 @@ impl<T: Native> Swarm<T> {
 
     /// Rays from the queue, in so many packs at most.
     pub fn fill(&mut self, feed: &mut Feed<T>, packs: usize) {
-        self.packs.clear();
+        let packs = packs.min(feed.waiting().div_ceil(Self::WIDTH));
+        self.packs.resize_with(packs, Pack::blank);
         self.near.clear();
         self.alive = 0;
-        while self.packs.len() < packs {
-            let Some((rays, place, n)) = feed.pack() else { break };
-            self.alive += n;
-            let mut pack = Pack::start(rays, place);
-            (n..Self::WIDTH).for_each(|lane| pack.free(lane));
+        for pack in &mut self.packs {
+            self.alive += pack.begin(feed);
             self.near.push(pack.rays.t.least());
-            self.packs.push(pack);
         }
     }
 
@@ -183,8 +204,8 @@ impl<T: Native> Swarm<T> {
         vectorise(Points { swarm: self, picked, until, p });
     }
 
-    /// Takes the field at those points in, for rays that ask before `until`; ended rays go to the sink, and
-    /// others come from the queue.
+    /// Takes the field at those points in, for rays that ask for a sample of the span; ended rays go to the sink,
+    /// and others come from the queue.
     #[allow(clippy::too_many_arguments)] // columns and limits of one call from one place
     pub fn step<R: Rule<T::Lanes>>(
         &mut self,
@@ -193,11 +214,11 @@ impl<T: Native> Swarm<T> {
         max_steps: u32,
         picked: &[u32],
         (p, r): (&[Vec<T>; 3], &[T]),
-        (until, edge): (T, T),
+        span: Span<T>,
         feed: &mut Feed<T>,
         sink: &mut impl Sink<T>,
     ) {
-        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, until, edge, feed, sink });
+        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, span, feed, sink });
         self.tidy();
     }
 

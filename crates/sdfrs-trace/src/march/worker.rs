@@ -11,7 +11,7 @@ use super::{
     feed::{Feed, Wanted},
     order::Order,
     refine::refine,
-    swarm::Swarm,
+    swarm::{Span, Swarm},
 };
 use crate::tracer::guarded::Rule;
 
@@ -38,25 +38,25 @@ struct Samples<T: Native> {
 }
 
 impl<T: Native> Samples<T> {
-    /// One step of the rays that ask for a sample before `until`; the number of points evaluated.
+    /// One step of the rays that ask for a sample of the span; the number of points evaluated.
     #[allow(clippy::too_many_arguments)] // a step's all, from two places
     fn step<R: Rule<T::Lanes>>(
         &mut self,
         job: &Job<T>,
         field: &dyn Field<T>,
         rule: R,
-        (until, edge): (T, T),
+        span: Span<T>,
         swarm: &mut Swarm<T>,
         feed: &mut Feed<T>,
         out: &mut Columns<T>,
     ) -> u64 {
         let Self { scratch, picked, p, r } = self;
-        swarm.pick(until, picked);
-        swarm.points(picked, until, p);
+        swarm.pick(span.until, picked);
+        swarm.points(picked, span.until, p);
         let n = picked.len() * Swarm::<T>::WIDTH;
         r.resize(r.len().max(n), T::of(0.0));
         field.eval(scratch, [&p[0][..n], &p[1][..n], &p[2][..n]], &mut r[..n]);
-        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), (until, edge), feed, out);
+        swarm.step(rule, &job.threshold(), job.limits.max_steps, picked, (p, r), span, feed, out);
         n as u64
     }
 
@@ -72,7 +72,7 @@ impl<T: Native> Samples<T> {
     ) {
         let mut points = 0;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
-            points += self.step(job, field, rule, (T::INFINITY, T::INFINITY), swarm, feed, out);
+            points += self.step(job, field, rule, Span::ALL, swarm, feed, out);
         }
         out.work.add(field.ops(), points);
     }
@@ -162,10 +162,10 @@ impl<T: Native> Worker<T> {
         let mut inside = f64::NAN;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
-            let found = cells.find(pruner, near.f64());
-            let (until, edge, field): (T, T, &dyn Field<T>) = match found {
+            let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
                 Found::Empty(from, to) if T::of(to) > near => {
                     swarm.jump::<R>(T::of(from), T::of(to), out);
+                    inside = f64::NAN;
                     continue;
                 }
                 Found::Cell(cell) if T::of(cell.to) > near => {
@@ -179,12 +179,12 @@ impl<T: Native> Worker<T> {
                             continue;
                         }
                     }
-                    (to, if cell.near { to } else { T::INFINITY }, cell.program)
+                    (Span { until: to, known: cell.near.then_some((from, to)) }, cell.program)
                 }
-                _ => (T::INFINITY, T::INFINITY, cells.whole(job.field)),
+                _ => (Span::ALL, cells.whole(job.field)),
             };
             let ops = field.ops();
-            let points = samples.step(job, field, rule, (until, edge), swarm, &mut nobody, out);
+            let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
             cells.count(ops, points);
         }
     }
