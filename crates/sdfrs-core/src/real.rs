@@ -23,6 +23,8 @@ pub trait Real:
     + Neg<Output = Self>
 {
     type S: Scalar;
+    /// Whether it is values alone, without derivatives or bounds: any way to the same bits will do.
+    const ONLY_VALUES: bool = false;
     fn splat(s: Self::S) -> Self;
     #[inline(always)]
     fn c(v: f64) -> Self {
@@ -177,6 +179,7 @@ macro_rules! scalar {
         }
 
         impl Real for $t {
+            const ONLY_VALUES: bool = true;
             type S = $t;
             #[inline(always)]
             fn splat(s: Self) -> Self {

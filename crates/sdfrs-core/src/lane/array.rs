@@ -111,6 +111,7 @@ macro_rules! binary {
 
 impl<T: Scalar, const W: usize> Real for Pack<T, W> {
     type S = T;
+    const ONLY_VALUES: bool = true;
     #[inline(always)]
     fn splat(s: T) -> Self {
         Pack([s; W])

@@ -94,14 +94,37 @@ pub fn gyroid<R: Real>(x: R, y: R, z: R) -> R {
 pub fn sphere_union<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
     let (slack, tiny) = (R::splat(R::S::of(1.0 + 16.0 * R::S::EPS.f64())), R::splat(R::S::TINY));
     let mut d = R::splat(R::S::INFINITY);
-    for s in table.chunks_exact(4) {
+    let (mut rest, _) = table.as_chunks::<4>();
+    while let [s, others @ ..] = rest {
         let (dx, dy, dz, r) = (x - R::splat(s[0]), y - R::splat(s[1]), z - R::splat(s[2]), R::splat(s[3]));
-        if R::reaches(dx, dy, dz, d + r, slack, tiny) {
+        rest = others;
+        if R::ONLY_VALUES {
+            let square = nearest_alike([x, y, z], s[3], dx.sq() + dy.sq() + dz.sq(), &mut rest);
+            if R::any_lt(square, (d + r).sq() * slack + tiny) {
+                let v = square.sqrt() - r;
+                d = v.min(d);
+            }
+        } else if R::reaches(dx, dy, dz, d + r, slack, tiny) {
             let v = R::len3(dx, dy, dz) - r;
             d = v.min(d);
         }
     }
     d
+}
+
+/// Least squared distance to spheres of one radius that stand first in a table; leaves the others. Roots keep the
+/// order of squares, rounded or not, so that one root is enough for all; a derivative would tell apart what rounds
+/// to one value.
+#[inline(always)]
+fn nearest_alike<R: Real>([x, y, z]: [R; 3], r: R::S, mut square: R, rest: &mut &[[R::S; 4]]) -> R {
+    while let [s, others @ ..] = *rest
+        && s[3] == r
+    {
+        let (dx, dy, dz) = (x - R::splat(s[0]), y - R::splat(s[1]), z - R::splat(s[2]));
+        square = (dx.sq() + dy.sq() + dz.sq()).min(square);
+        *rest = others;
+    }
+    square
 }
 
 /// The same of a crowd; table: its number.

@@ -1,0 +1,41 @@
+//! Places in which a scene is pruned: balls, and the cylinders that rays fill inside them.
+
+use super::{MARGIN, up};
+
+/// A ball in world units.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Cell {
+    pub centre: [f32; 3],
+    pub radius: f32,
+    /// A cylinder around the same points, for what is asked in world units.
+    pub rod: Option<Rod>,
+}
+
+/// Half a cylinder's length and its radius, around a unit axis.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Rod {
+    pub axis: [f32; 3],
+    pub along: f32,
+    pub across: f32,
+}
+
+impl Cell {
+    /// Values above this are no hit in a cell that ends at the depth `far`: the threshold of a guarded hit,
+    /// `max(eps, cone * t)` and what rounding adds to it.
+    pub(super) fn threshold(&self, (eps, cone): (f64, f64), far: f64) -> f32 {
+        let size = f64::from(self.centre.iter().fold(self.radius, |s, c| s.max(c.abs()))) + far;
+        up(eps.max(cone * far).max(8.0 * f64::from(f32::EPSILON) * size))
+    }
+
+    /// Whether a sphere may come nearer than `below` to the cylinder.
+    pub(super) fn touches(&self, sphere: &[f64], below: f32) -> bool {
+        let Some(Rod { axis, along, across }) = self.rod else { return true };
+        let d: [f32; 3] = std::array::from_fn(|a| sphere[a] as f32 - self.centre[a]);
+        let reach = sphere[3] as f32 + below;
+        let far = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+        let size = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let (long, wide) = ((along + reach) * (1.0 + MARGIN), (across + reach) * (1.0 + MARGIN));
+        // What is not a number is kept.
+        !(reach >= 0.0 && (far.abs() > long || size - far * far > wide * wide + 1e-5 * size))
+    }
+}
