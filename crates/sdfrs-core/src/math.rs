@@ -24,6 +24,8 @@ pub trait Math: Copy {
     fn m_sin(self) -> Self;
     /// Cosine of an angle in radians.
     fn m_cos(self) -> Self;
+    /// Sines and cosines of three angles, step by step side by side: one waits less for its own last step.
+    fn m_sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]);
     /// e to the power of `self`; overflows to infinity and underflows to zero.
     fn m_exp(self) -> Self;
     /// Natural logarithm; minus infinity at zero, NaN below it.
@@ -38,20 +40,12 @@ macro_rules! poly {
     ($z:expr; $c:expr, $($rest:expr),+) => { $c + $z * poly!($z; $($rest),+) };
 }
 
-/// Six terms by pairs (Estrin): as long a way through the processor as four have by the rule above, for one product
-/// more. Where a point's other operations wait for it, that is a quarter of the time.
-#[inline(always)]
-fn six(z: f64, c: [f64; 6]) -> f64 {
-    let z2 = z * z;
-    ((c[0] + z * c[1]) + z2 * (c[2] + z * c[3])) + (z2 * z2) * (c[4] + z * c[5])
-}
-
 macro_rules! math {
     ($T:ident, $U:ident, $k:ident) => {
         impl Math for $T {
             #[inline(always)]
             fn m_sin(self) -> Self {
-                let (q, s, c) = $k::quarter(self.abs());
+                let ([q], [s], [c]) = $k::quarters([self.abs()]);
                 let v = if q & 1 == 0 { s } else { c };
                 // Bit 1 of the quadrant is the sign; the argument's own sign joins it (sin is odd).
                 let sign = ((q << ($k::BITS - 2)) ^ self.to_bits()) & $k::SIGN;
@@ -60,10 +54,25 @@ macro_rules! math {
 
             #[inline(always)]
             fn m_cos(self) -> Self {
-                let (q, s, c) = $k::quarter(self.abs());
+                let ([q], [s], [c]) = $k::quarters([self.abs()]);
                 let v = if q & 1 == 0 { c } else { s };
                 let sign = (q.wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
                 $T::from_bits(v.to_bits() ^ sign)
+            }
+
+            #[inline(always)]
+            fn m_sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]) {
+                let (q, s, c) = $k::quarters([p[0].abs(), p[1].abs(), p[2].abs()]);
+                let (mut sin, mut cos) = (s, c);
+                for i in 0..3 {
+                    let odd = q[i] & 1 != 0;
+                    let (v, w) = if odd { (c[i], s[i]) } else { (s[i], c[i]) };
+                    let sign = ((q[i] << ($k::BITS - 2)) ^ p[i].to_bits()) & $k::SIGN;
+                    sin[i] = $T::from_bits(v.to_bits() ^ sign);
+                    let sign = (q[i].wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
+                    cos[i] = $T::from_bits(w.to_bits() ^ sign);
+                }
+                (sin, cos)
             }
 
             #[inline(always)]
@@ -134,17 +143,41 @@ macro_rules! math {
         }
 
         impl $k {
-            /// Quadrant, and sine and cosine of what remains of `x` >= 0 after whole quarters of a turn.
+            /// Quadrants, and sines and cosines of what remains of each `x` >= 0 after whole quarters of a turn.
+            ///
+            /// Every step is taken for all of them before the next one: it would wait for the last one otherwise.
             #[inline(always)]
-            fn quarter(x: $T) -> ($U, $T, $T) {
+            fn quarters<const N: usize>(x: [$T; N]) -> ([$U; N], [$T; N], [$T; N]) {
+                let (mut q, mut k, mut r, mut z) = ([0; N], x, x, x);
                 // Adding and taking away 1.5 * 2^MANTISSA rounds to nearest and leaves the integer in
                 // the low bits. The products k * PI_2[i] are exact while k is below 2^13 (f32), 2^20.
-                let n = x * Self::TWO_OVER_PI + Self::MAGIC;
-                let k = n - Self::MAGIC;
-                // Chosen here and not before: nothing else waits for the comparison.
-                let r = if x <= Self::TRIG_MAX { Self::reduce(x, k) } else { $T::NAN };
-                let z = r * r;
-                (n.to_bits(), r + r * z * Self::sin_small(z), (1.0 - 0.5 * z) + z * z * Self::cos_small(z))
+                for i in 0..N {
+                    let n = x[i] * Self::TWO_OVER_PI + Self::MAGIC;
+                    (q[i], k[i]) = (n.to_bits(), n - Self::MAGIC);
+                }
+                for part in Self::PI_2 {
+                    for i in 0..N {
+                        r[i] = r[i] - k[i] * part;
+                    }
+                }
+                for i in 0..N {
+                    // Chosen here and not before: nothing else waits for the comparison.
+                    r[i] = if x[i] <= Self::TRIG_MAX { r[i] } else { $T::NAN };
+                    z[i] = r[i] * r[i];
+                }
+                let last = Self::TERMS - 1;
+                let (mut s, mut c) = ([Self::SIN[last]; N], [Self::COS[last]; N]);
+                for term in 1..Self::TERMS {
+                    for i in 0..N {
+                        s[i] = Self::SIN[last - term] + z[i] * s[i];
+                        c[i] = Self::COS[last - term] + z[i] * c[i];
+                    }
+                }
+                for i in 0..N {
+                    s[i] = r[i] + r[i] * z[i] * s[i];
+                    c[i] = (1.0 - 0.5 * z[i]) + z[i] * z[i] * c[i];
+                }
+                (q, s, c)
             }
         }
     };
@@ -180,20 +213,12 @@ impl Single {
     const PI_4_LO: f32 = -2.185_569_4e-8;
     const PI_3_4_LO: f32 = -5.962440319251527e-09;
 
-    /// `x - k pi/2`, with pi/2 in parts of 11, 11, 11 and 24 bits.
-    #[inline(always)]
-    fn reduce(x: f32, k: f32) -> f32 {
-        (((x - k * 1.570_312_5) - k * 4.837_512_969_970_703e-4) - k * 7.549_533_620_476_723e-8)
-            - k * 2.563_344_151_594_519e-12
-    }
-    #[inline(always)]
-    fn sin_small(z: f32) -> f32 {
-        poly!(z; -1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4)
-    }
-    #[inline(always)]
-    fn cos_small(z: f32) -> f32 {
-        poly!(z; 4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5)
-    }
+    /// pi/2 in parts of 11, 11, 11 and 24 bits.
+    const PI_2: [f32; 4] =
+        [1.570_312_5, 4.837_512_969_970_703e-4, 7.549_533_620_476_723e-8, 2.563_344_151_594_519e-12];
+    const TERMS: usize = 3;
+    const SIN: [f32; 3] = [-1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4];
+    const COS: [f32; 3] = [4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5];
     #[inline(always)]
     fn exp_small(r: f32) -> f32 {
         let p = poly!(r; 5.0000001201e-1, 1.6666665459e-1, 4.1665795894e-2, 8.3334519073e-3,
@@ -234,40 +259,26 @@ impl Double {
     const PI_4_LO: f64 = 3.061_616_997_868_383e-17;
     const PI_3_4_LO: f64 = 9.184850993605148e-17;
 
-    /// `x - k pi/2`, with pi/2 in parts of 33, 33 and 53 bits.
-    #[inline(always)]
-    fn reduce(x: f64, k: f64) -> f64 {
-        ((x - k * 1.570_796_326_734_125_614_17) - k * 6.077_100_506_303_965_976_60e-11)
-            - k * 2.022_266_248_795_950_631_54e-21
-    }
-    #[inline(always)]
-    fn sin_small(z: f64) -> f64 {
-        six(
-            z,
-            [
-                -1.66666666666666307295e-1,
-                8.33333333332211858878e-3,
-                -1.98412698295895385996e-4,
-                2.75573136213857245213e-6,
-                -2.50507477628578072866e-8,
-                1.58962301576546568060e-10,
-            ],
-        )
-    }
-    #[inline(always)]
-    fn cos_small(z: f64) -> f64 {
-        six(
-            z,
-            [
-                4.16666666666665929218e-2,
-                -1.38888888888730564116e-3,
-                2.48015872888517045348e-5,
-                -2.75573141792967388112e-7,
-                2.08757008419747316778e-9,
-                -1.13585365213876817300e-11,
-            ],
-        )
-    }
+    /// pi/2 in parts of 33, 33 and 53 bits.
+    const PI_2: [f64; 3] =
+        [1.570_796_326_734_125_614_17, 6.077_100_506_303_965_976_60e-11, 2.022_266_248_795_950_631_54e-21];
+    const TERMS: usize = 6;
+    const SIN: [f64; 6] = [
+        -1.66666666666666307295e-1,
+        8.33333333332211858878e-3,
+        -1.98412698295895385996e-4,
+        2.75573136213857245213e-6,
+        -2.50507477628578072866e-8,
+        1.58962301576546568060e-10,
+    ];
+    const COS: [f64; 6] = [
+        4.16666666666665929218e-2,
+        -1.38888888888730564116e-3,
+        2.48015872888517045348e-5,
+        -2.75573141792967388112e-7,
+        2.08757008419747316778e-9,
+        -1.13585365213876817300e-11,
+    ];
     /// Taylor's series: its first left-out term, r^14/14!, is below 5e-18 for `|r|` <= ln(2)/2.
     #[inline(always)]
     fn exp_small(r: f64) -> f64 {
