@@ -25,8 +25,8 @@ pub trait Math: Copy {
     fn m_sin(self) -> Self;
     /// Cosine of an angle in radians.
     fn m_cos(self) -> Self;
-    /// Sines and cosines of three angles, step by step side by side: one waits less for its own last step.
-    fn m_sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]);
+    /// Sines and cosines of some angles, step by step side by side: each step would wait for the one before.
+    fn m_sin_cos<const N: usize>(p: [Self; N]) -> ([Self; N], [Self; N]);
     /// e to the power of `self`; overflows to infinity and underflows to zero.
     fn m_exp(self) -> Self;
     /// Natural logarithm; minus infinity at zero, NaN below it.
@@ -46,28 +46,25 @@ macro_rules! math {
         impl Math for $T {
             #[inline(always)]
             fn m_sin(self) -> Self {
-                let ([q], [s], [c]) = $k::quarters([self.abs()]);
-                let v = if q & 1 == 0 { s } else { c };
-                // Bit 1 of the quadrant is the sign; the argument's own sign joins it (sin is odd).
-                let sign = ((q << ($k::BITS - 2)) ^ self.to_bits()) & $k::SIGN;
-                $T::from_bits(v.to_bits() ^ sign)
+                Self::m_sin_cos([self]).0[0]
             }
 
             #[inline(always)]
             fn m_cos(self) -> Self {
-                let ([q], [s], [c]) = $k::quarters([self.abs()]);
-                let v = if q & 1 == 0 { c } else { s };
-                let sign = (q.wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
-                $T::from_bits(v.to_bits() ^ sign)
+                Self::m_sin_cos([self]).1[0]
             }
 
             #[inline(always)]
-            fn m_sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]) {
-                let (q, s, c) = $k::quarters([p[0].abs(), p[1].abs(), p[2].abs()]);
-                let (mut sin, mut cos) = (s, c);
-                for i in 0..3 {
-                    let odd = q[i] & 1 != 0;
-                    let (v, w) = if odd { (c[i], s[i]) } else { (s[i], c[i]) };
+            fn m_sin_cos<const N: usize>(p: [Self; N]) -> ([Self; N], [Self; N]) {
+                let mut x = p;
+                for i in 0..N {
+                    x[i] = p[i].abs();
+                }
+                let (q, s, c) = $k::quarters(x);
+                let (mut sin, mut cos) = (p, p);
+                for i in 0..N {
+                    let (v, w) = if q[i] & 1 == 0 { (s[i], c[i]) } else { (c[i], s[i]) };
+                    // Bit 1 of the quadrant is the sign; the argument's own sign joins it (sin is odd).
                     let sign = ((q[i] << ($k::BITS - 2)) ^ p[i].to_bits()) & $k::SIGN;
                     sin[i] = $T::from_bits(v.to_bits() ^ sign);
                     let sign = (q[i].wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
@@ -146,7 +143,7 @@ macro_rules! math {
         impl $k {
             /// Quadrants, and sines and cosines of what remains of each `x` >= 0 after whole quarters of a turn.
             ///
-            /// Every step is taken for all of them before the next one: it would wait for the last one otherwise.
+            /// Every step is taken for all of them before the next one, which would wait for it otherwise.
             #[inline(always)]
             fn quarters<const N: usize>(x: [$T; N]) -> ([$U; N], [$T; N], [$T; N]) {
                 let (mut q, mut k, mut r, mut z) = ([0; N], x, x, x);
@@ -158,7 +155,7 @@ macro_rules! math {
                 }
                 for part in Self::PI_2 {
                     for i in 0..N {
-                        r[i] = r[i] - k[i] * part;
+                        r[i] -= k[i] * part;
                     }
                 }
                 for i in 0..N {
@@ -277,7 +274,7 @@ impl Double {
         1.58962301576546568060e-10,
     ];
     /// The least relative error (Remez' exchange, the coefficients rounded one after the other) that six terms behind
-    /// the 1 can have: 0.56 * 2^-53. Cephes and fdlibm take seven, for 0.02.
+    /// the 1 can have: 0.56 * 2^-53. fdlibm takes seven, for 2^-58.
     const COS: [f64; 6] = [
         -4.999999999999941e-1,
         4.1666666666487454e-2,

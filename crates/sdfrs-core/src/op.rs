@@ -152,8 +152,9 @@ macro_rules! ops {
         /// # Safety
         /// For every `ins` of `run`: `slots` must find `width` values, aligned or not, for every slot it names, and
         /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
-        /// ([`crate::tape::Tape`] checks both). `Q` must have the same bytes as `R`
-        /// and give the same ones: where the two differ, some packs of an op with a root go by `Q`.
+        /// ([`crate::tape::Tape`] checks both). `Q` must have the bytes of `R`, and all that it needs of the processor
+        /// must be there: where the two differ, every third pack of an op with a root goes by `Q`
+        /// ([`crate::eval::Lanes::Twin`]).
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
         pub mod arm {
             // SAFETY (every access): the caller's promise.
@@ -189,6 +190,7 @@ macro_rules! ops {
             $(#[inline(always)]
             pub unsafe fn $pn<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
                 #[inline(always)]
+                #[allow(clippy::too_many_arguments)]
                 fn value<R: Real>($($pa: R,)* $($pk: R,)*) -> R {
                     $pb
                 }
