@@ -5,7 +5,8 @@
 //! values already computed, so that a loop over lanes becomes vector code.
 //!
 //! Sources: the reductions and the f32 polynomials for sin, cos, exp and atan are those of Cephes
-//! (Moshier); ln in both precisions, and exp's and atan's f64 constants, follow fdlibm (Sun).
+//! (Moshier); ln in both precisions, and exp's and atan's f64 constants, follow fdlibm (Sun). The f64
+//! cosine's polynomial is our own.
 //!
 //! Range. sin and cos are good to 2.6 ulp up to `|x|` = 1e4 (f32) and 1e6 (f64). From there up to
 //! `TRIG_MAX` (2^20 and 2^40) they are the sine of an argument within one ulp of `x`; beyond it, where
@@ -24,6 +25,8 @@ pub trait Math: Copy {
     fn m_sin(self) -> Self;
     /// Cosine of an angle in radians.
     fn m_cos(self) -> Self;
+    /// Sines and cosines of some angles, step by step side by side: each step would wait for the one before.
+    fn m_sin_cos<const N: usize>(p: [Self; N]) -> ([Self; N], [Self; N]);
     /// e to the power of `self`; overflows to infinity and underflows to zero.
     fn m_exp(self) -> Self;
     /// Natural logarithm; minus infinity at zero, NaN below it.
@@ -43,19 +46,31 @@ macro_rules! math {
         impl Math for $T {
             #[inline(always)]
             fn m_sin(self) -> Self {
-                let (q, s, c) = $k::quarter(self.abs());
-                let v = if q & 1 == 0 { s } else { c };
-                // Bit 1 of the quadrant is the sign; the argument's own sign joins it (sin is odd).
-                let sign = ((q << ($k::BITS - 2)) ^ self.to_bits()) & $k::SIGN;
-                $T::from_bits(v.to_bits() ^ sign)
+                Self::m_sin_cos([self]).0[0]
             }
 
             #[inline(always)]
             fn m_cos(self) -> Self {
-                let (q, s, c) = $k::quarter(self.abs());
-                let v = if q & 1 == 0 { c } else { s };
-                let sign = (q.wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
-                $T::from_bits(v.to_bits() ^ sign)
+                Self::m_sin_cos([self]).1[0]
+            }
+
+            #[inline(always)]
+            fn m_sin_cos<const N: usize>(p: [Self; N]) -> ([Self; N], [Self; N]) {
+                let mut x = p;
+                for i in 0..N {
+                    x[i] = p[i].abs();
+                }
+                let (q, s, c) = $k::quarters(x);
+                let (mut sin, mut cos) = (p, p);
+                for i in 0..N {
+                    let (v, w) = if q[i] & 1 == 0 { (s[i], c[i]) } else { (c[i], s[i]) };
+                    // Bit 1 of the quadrant is the sign; the argument's own sign joins it (sin is odd).
+                    let sign = ((q[i] << ($k::BITS - 2)) ^ p[i].to_bits()) & $k::SIGN;
+                    sin[i] = $T::from_bits(v.to_bits() ^ sign);
+                    let sign = (q[i].wrapping_add(1) << ($k::BITS - 2)) & $k::SIGN;
+                    cos[i] = $T::from_bits(w.to_bits() ^ sign);
+                }
+                (sin, cos)
             }
 
             #[inline(always)]
@@ -126,17 +141,41 @@ macro_rules! math {
         }
 
         impl $k {
-            /// Quadrant, and sine and cosine of what remains of `x` >= 0 after whole quarters of a turn.
+            /// Quadrants, and sines and cosines of what remains of each `x` >= 0 after whole quarters of a turn.
+            ///
+            /// Every step is taken for all of them before the next one, which would wait for it otherwise.
             #[inline(always)]
-            fn quarter(x: $T) -> ($U, $T, $T) {
-                let x = if x <= Self::TRIG_MAX { x } else { $T::NAN };
+            fn quarters<const N: usize>(x: [$T; N]) -> ([$U; N], [$T; N], [$T; N]) {
+                let (mut q, mut k, mut r, mut z) = ([0; N], x, x, x);
                 // Adding and taking away 1.5 * 2^MANTISSA rounds to nearest and leaves the integer in
                 // the low bits. The products k * PI_2[i] are exact while k is below 2^13 (f32), 2^20.
-                let n = x * Self::TWO_OVER_PI + Self::MAGIC;
-                let k = n - Self::MAGIC;
-                let r = Self::reduce(x, k);
-                let z = r * r;
-                (n.to_bits(), r + r * z * Self::sin_small(z), (1.0 - 0.5 * z) + z * z * Self::cos_small(z))
+                for i in 0..N {
+                    let n = x[i] * Self::TWO_OVER_PI + Self::MAGIC;
+                    (q[i], k[i]) = (n.to_bits(), n - Self::MAGIC);
+                }
+                for part in Self::PI_2 {
+                    for i in 0..N {
+                        r[i] -= k[i] * part;
+                    }
+                }
+                for i in 0..N {
+                    // Chosen here and not before: nothing else waits for the comparison.
+                    r[i] = if x[i] <= Self::TRIG_MAX { r[i] } else { $T::NAN };
+                    z[i] = r[i] * r[i];
+                }
+                let last = Self::TERMS - 1;
+                let (mut s, mut c) = ([Self::SIN[last]; N], [Self::COS[last]; N]);
+                for term in 1..Self::TERMS {
+                    for i in 0..N {
+                        s[i] = Self::SIN[last - term] + z[i] * s[i];
+                        c[i] = Self::COS[last - term] + z[i] * c[i];
+                    }
+                }
+                for i in 0..N {
+                    s[i] = r[i] + r[i] * z[i] * s[i];
+                    c[i] = Self::cosine(z[i], c[i]);
+                }
+                (q, s, c)
             }
         }
     };
@@ -172,19 +211,15 @@ impl Single {
     const PI_4_LO: f32 = -2.185_569_4e-8;
     const PI_3_4_LO: f32 = -5.962440319251527e-09;
 
-    /// `x - k pi/2`, with pi/2 in parts of 11, 11, 11 and 24 bits.
+    /// pi/2 in parts of 11, 11, 11 and 24 bits.
+    const PI_2: [f32; 4] =
+        [1.570_312_5, 4.837_512_969_970_703e-4, 7.549_533_620_476_723e-8, 2.563_344_151_594_519e-12];
+    const TERMS: usize = 3;
+    const SIN: [f32; 3] = [-1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4];
+    const COS: [f32; 3] = [4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5];
     #[inline(always)]
-    fn reduce(x: f32, k: f32) -> f32 {
-        (((x - k * 1.570_312_5) - k * 4.837_512_969_970_703e-4) - k * 7.549_533_620_476_723e-8)
-            - k * 2.563_344_151_594_519e-12
-    }
-    #[inline(always)]
-    fn sin_small(z: f32) -> f32 {
-        poly!(z; -1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4)
-    }
-    #[inline(always)]
-    fn cos_small(z: f32) -> f32 {
-        poly!(z; 4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5)
+    fn cosine(z: f32, c: f32) -> f32 {
+        (1.0 - 0.5 * z) + z * z * c
     }
     #[inline(always)]
     fn exp_small(r: f32) -> f32 {
@@ -226,21 +261,31 @@ impl Double {
     const PI_4_LO: f64 = 3.061_616_997_868_383e-17;
     const PI_3_4_LO: f64 = 9.184850993605148e-17;
 
-    /// `x - k pi/2`, with pi/2 in parts of 33, 33 and 53 bits.
+    /// pi/2 in parts of 33, 33 and 53 bits.
+    const PI_2: [f64; 3] =
+        [1.570_796_326_734_125_614_17, 6.077_100_506_303_965_976_60e-11, 2.022_266_248_795_950_631_54e-21];
+    const TERMS: usize = 6;
+    const SIN: [f64; 6] = [
+        -1.66666666666666307295e-1,
+        8.33333333332211858878e-3,
+        -1.98412698295895385996e-4,
+        2.75573136213857245213e-6,
+        -2.50507477628578072866e-8,
+        1.58962301576546568060e-10,
+    ];
+    /// The least relative error (Remez' exchange, the coefficients rounded one after the other) that six terms behind
+    /// the 1 can have: 0.56 * 2^-53. fdlibm takes seven, for 2^-58.
+    const COS: [f64; 6] = [
+        -4.999999999999941e-1,
+        4.1666666666487454e-2,
+        -1.3888888870567436e-3,
+        2.480157864246837e-5,
+        -2.755524149253816e-7,
+        2.0630589985661877e-9,
+    ];
     #[inline(always)]
-    fn reduce(x: f64, k: f64) -> f64 {
-        ((x - k * 1.570_796_326_734_125_614_17) - k * 6.077_100_506_303_965_976_60e-11)
-            - k * 2.022_266_248_795_950_631_54e-21
-    }
-    #[inline(always)]
-    fn sin_small(z: f64) -> f64 {
-        poly!(z; -1.66666666666666307295e-1, 8.33333333332211858878e-3, -1.98412698295895385996e-4,
-            2.75573136213857245213e-6, -2.50507477628578072866e-8, 1.58962301576546568060e-10)
-    }
-    #[inline(always)]
-    fn cos_small(z: f64) -> f64 {
-        poly!(z; 4.16666666666665929218e-2, -1.38888888888730564116e-3, 2.48015872888517045348e-5,
-            -2.75573141792967388112e-7, 2.08757008419747316778e-9, -1.13585365213876817300e-11)
+    fn cosine(z: f64, c: f64) -> f64 {
+        1.0 + z * c
     }
     /// Taylor's series: its first left-out term, r^14/14!, is below 5e-18 for `|r|` <= ln(2)/2.
     #[inline(always)]

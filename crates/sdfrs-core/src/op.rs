@@ -4,12 +4,13 @@
 //! use, and one kernel written over [`Real`]: the same text runs on f32, f64, packs, intervals and
 //! duals, and is named alike in WGSL. To add an op see CONTRIBUTING.md, recipe 1.
 
+use std::any::TypeId;
 use std::sync::Arc;
 
 use crate::{
     crowd::Crowd,
     grid::{Grid, Step},
-    lane::Iv,
+    lane::{Iv, root::EVERY},
     real::Real,
 };
 
@@ -151,46 +152,71 @@ macro_rules! ops {
         /// # Safety
         /// For every `ins` of `run`: `slots` must find `width` values, aligned or not, for every slot it names, and
         /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
-        /// ([`crate::tape::Tape`] checks both).
+        /// ([`crate::tape::Tape`] checks both). `Q` must have the bytes of `R`, and all that it needs of the processor
+        /// must be there: where the two differ, every third pack of an op with a root goes by `Q`
+        /// ([`crate::eval::Lanes::Twin`]).
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
         pub mod arm {
             // SAFETY (every access): the caller's promise.
-            use super::{Ins, Memory, Real, Step, Tables, kernel, opaque};
+            use super::{EVERY, Ins, Memory, Op, Real, Step, Tables, TypeId, kernel, opaque};
 
             $(#[inline(always)]
-            pub unsafe fn $sn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+            pub unsafe fn $sn<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                #[inline(always)]
+                fn value<R: Real>($($sa: R,)* $($sk: R,)*) -> R {
+                    $sb
+                }
+                let twins = Op::$sn.has_root() && TypeId::of::<R>() != TypeId::of::<Q>();
                 for ins in run {
                     let mut ki = 0;
-                    $(let $sk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                    $(let $sk = unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }; ki += 1;)*
                     let to = unsafe { slots.find(ins.d) };
                     let mut ai = 0;
                     $(let $sa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
                     for g in 0..width {
+                        if twins && g % EVERY == 1 {
+                            let value = value::<Q>($(unsafe { $sa.cast::<Q>().add(g).read_unaligned() },)* $(Q::splat($sk),)*);
+                            unsafe { to.cast::<Q>().add(g).write_unaligned(value) };
+                            opaque();
+                            continue;
+                        }
                         $(let $sa = unsafe { $sa.add(g).read_unaligned() };)*
-                        let value = $sb;
+                        let value = value::<R>($($sa,)* $(R::splat($sk),)*);
                         unsafe { to.add(g).write_unaligned(value) };
                         opaque();
                     }
                 }
             })*
             $(#[inline(always)]
-            pub unsafe fn $pn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+            pub unsafe fn $pn<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+                #[inline(always)]
+                #[allow(clippy::too_many_arguments)]
+                fn value<R: Real>($($pa: R,)* $($pk: R,)*) -> R {
+                    $pb
+                }
+                let twins = Op::$pn.has_root() && TypeId::of::<R>() != TypeId::of::<Q>();
                 for ins in run {
                     let mut ki = 0;
-                    $(let $pk = R::splat(unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }); ki += 1;)*
+                    $(let $pk = unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }; ki += 1;)*
                     let to = unsafe { slots.find(ins.d) };
                     let mut ai = 0;
                     $(let $pa = unsafe { slots.find(ins.a[ai]) }; ai += 1;)*
                     for g in 0..width {
+                        if twins && g % EVERY == 1 {
+                            let value = value::<Q>($(unsafe { $pa.cast::<Q>().add(g).read_unaligned() },)* $(Q::splat($pk),)*);
+                            unsafe { to.cast::<Q>().add(g).write_unaligned(value) };
+                            opaque();
+                            continue;
+                        }
                         $(let $pa = unsafe { $pa.add(g).read_unaligned() };)*
-                        let value = $pb;
+                        let value = value::<R>($($pa,)* $(R::splat($pk),)*);
                         unsafe { to.add(g).write_unaligned(value) };
                         opaque();
                     }
                 }
             })*
             $(#[inline(always)]
-            pub unsafe fn $tn<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+            pub unsafe fn $tn<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
                 for ins in run {
                     let $tk = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
                     let $tg = t.stock;
@@ -218,9 +244,9 @@ macro_rules! ops {
             // SAFETY: passed on.
             unsafe {
                 match ins.op {
-                    $(Op::$sn => arm::$sn::<R>(run, slots, width, t),)*
-                    $(Op::$pn => arm::$pn::<R>(run, slots, width, t),)*
-                    $(Op::$tn => arm::$tn::<R>(run, slots, width, t),)*
+                    $(Op::$sn => arm::$sn::<R, R>(run, slots, width, t),)*
+                    $(Op::$pn => arm::$pn::<R, R>(run, slots, width, t),)*
+                    $(Op::$tn => arm::$tn::<R, R>(run, slots, width, t),)*
                 }
             }
         }
@@ -316,6 +342,23 @@ impl Op {
     /// What both the CPU and the GPU have: all but what the CPU alone makes of others.
     pub fn shared() -> impl Iterator<Item = Op> {
         Self::ALL.iter().copied().filter(|op| *op != Op::SphereCrowd)
+    }
+
+    /// Whether most of an op's time goes into a root: what is worth being compiled for twins, too.
+    const fn has_root(self) -> bool {
+        matches!(
+            self,
+            Op::Sqrt
+                | Op::Length2
+                | Op::Length3
+                | Op::Sphere
+                | Op::Box
+                | Op::Torus
+                | Op::Cylinder
+                | Op::Capsule
+                | Op::Cone
+                | Op::Ellipsoid
+        )
     }
 
     /// Whether the op joins its second operand to the first: such instructions form chains.

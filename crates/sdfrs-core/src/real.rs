@@ -37,6 +37,12 @@ pub trait Real:
     fn floor(self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
+    /// Sines and cosines of three angles at once.
+    #[inline(always)]
+    fn sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]) {
+        let [x, y, z] = p;
+        ([x.sin(), y.sin(), z.sin()], [x.cos(), y.cos(), z.cos()])
+    }
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn atan2(self, x: Self) -> Self;

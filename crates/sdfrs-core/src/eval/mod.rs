@@ -51,10 +51,13 @@ pub trait Native: Scalar {
 /// A pack of `WIDTH` scalars side by side, nothing else: a slice of them may be read as packs.
 ///
 /// # Safety
-/// The type must have the size of `WIDTH` scalars, and any scalars must be a valid pack.
+/// The type must have the size of `WIDTH` scalars, and any scalars must be a valid pack; so must its twin.
 #[allow(unsafe_code)]
 pub unsafe trait Lanes: Real + Send + Sync {
     const WIDTH: usize;
+    /// The same bytes, whose roots AVX-512 finds without the divider: packs of both kinds in turn take less time than
+    /// packs of either. Itself where there is no such thing. Only for where AVX-512 is.
+    type Twin: Real<S = Self::S>;
     /// The first `WIDTH` values; the last one again where there are fewer.
     fn load(src: &[Self::S]) -> Self;
     fn store(self, dst: &mut [Self::S]);
@@ -70,7 +73,7 @@ pub unsafe trait Lanes: Real + Send + Sync {
 }
 
 macro_rules! native {
-    ($t:ty, $w:literal) => {
+    ($t:ty, $w:literal, $twin:ty) => {
         impl Native for $t {
             type Lanes = Pack<$t, $w>;
             #[inline(never)]
@@ -94,10 +97,11 @@ macro_rules! native {
                 run::run_gradients::<Self::Lanes>(isa, tape, &mut scratch.duals, batch, out);
             }
         }
-        // SAFETY: a pack is an array of scalars, aligned to its own size of 64 bytes.
+        // SAFETY: a pack is an array of scalars, aligned to its own size of 64 bytes; its twin a register of so many.
         #[allow(unsafe_code)]
         unsafe impl Lanes for Pack<$t, $w> {
             const WIDTH: usize = $w;
+            type Twin = $twin;
             #[inline(always)]
             fn load(src: &[$t]) -> Self {
                 Pack::load(src)
@@ -130,8 +134,11 @@ macro_rules! native {
         }
     };
 }
-native!(f32, 16);
-native!(f64, 8);
+native!(f32, 16, Pack<f32, 16>);
+#[cfg(target_arch = "x86_64")]
+native!(f64, 8, crate::lane::Wide);
+#[cfg(not(target_arch = "x86_64"))]
+native!(f64, 8, Pack<f64, 8>);
 
 /// A worker's memory; grows to what the largest tape needs and is used again.
 pub struct Scratch<T: Native> {

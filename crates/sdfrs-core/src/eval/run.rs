@@ -278,9 +278,9 @@ macro_rules! steps {
                 #[inline(never)]
                 #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
                 #[allow(unsafe_code, non_snake_case)]
-                pub unsafe fn $op<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+                pub unsafe fn $op<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
                     // SAFETY: passed on.
-                    unsafe { crate::op::arm::$op::<R>(run, slots, width, t) }
+                    unsafe { crate::op::arm::$op::<R, Q>(run, slots, width, t) }
                 }
             )*
         }
@@ -293,25 +293,25 @@ macro_rules! steps {
             unsafe { crate::op::chain::<R>(run, slots, width, t) }
         }
 
-        struct Table<R>(std::marker::PhantomData<R>);
-        impl<R: Real> Table<R> {
+        struct Table<R, Q>(std::marker::PhantomData<(R, Q)>);
+        impl<R: Real, Q: Real<S = R::S>> Table<R, Q> {
             /// A function for each op; those that join share one.
             const STEPS: &'static [super::Step<R>] =
-                &[$(if Op::$op.joins() { chain::<R> } else { arm::$op::<R> }),*];
+                &[$(if Op::$op.joins() { chain::<R> } else { arm::$op::<R, Q> }),*];
         }
 
         #[inline(always)]
         #[allow(unsafe_code)]
-        pub unsafe fn step<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+        pub unsafe fn step<R: Real, Q: Real<S = R::S>>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
             // SAFETY: passed on; the table has a row for every op, in their order.
-            unsafe { Table::<R>::STEPS.get_unchecked(run.get_unchecked(0).op as usize)(run, slots, width, t) }
+            unsafe { Table::<R, Q>::STEPS.get_unchecked(run.get_unchecked(0).op as usize)(run, slots, width, t) }
         }
     };
 }
 
-/// A module for each instruction set, so that they compile side by side.
+/// A module for each instruction set, so that they compile side by side, and what goes beside `L`.
 macro_rules! versions {
-    ($($(#[$on:meta])? $name:ident $features:tt)*) => {$(
+    ($($(#[$on:meta])? $name:ident $features:literal $twin:ty)*) => {$(
         $(#[$on])?
         mod $name {
             use super::{Batch, Dual, Ins, Lanes, Op, Real, Slots, Tables, Tape};
@@ -323,7 +323,7 @@ macro_rules! versions {
             #[allow(unsafe_code)]
             pub unsafe fn values<L: Lanes>(tape: &Tape<L::S>, memory: &mut Slots<L>, batch: &Batch<L::S>, out: &mut [L::S]) {
                 // SAFETY: passed on.
-                unsafe { super::values::<L>(step::<L>, tape, memory, batch, out) }
+                unsafe { super::values::<L>(step::<L, $twin>, tape, memory, batch, out) }
             }
 
             #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
@@ -335,16 +335,16 @@ macro_rules! versions {
                 out: &mut [&mut [L::S]; 4],
             ) {
                 // SAFETY: passed on.
-                unsafe { super::gradients::<L>(step::<Dual<L>>, tape, memory, batch, out) }
+                unsafe { super::gradients::<L>(step::<Dual<L>, Dual<$twin>>, tape, memory, batch, out) }
             }
         }
     )*};
 }
 versions! {
-    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw"
-    #[cfg(target_arch = "x86_64")] avx2 "avx2"
-    #[cfg(target_arch = "x86_64")] sse41 "sse4.1"
-    baseline "sse2"
+    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw" L::Twin
+    #[cfg(target_arch = "x86_64")] avx2 "avx2" L
+    #[cfg(target_arch = "x86_64")] sse41 "sse4.1" L
+    baseline "sse2" L
 }
 
 macro_rules! dispatch {

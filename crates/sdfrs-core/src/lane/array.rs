@@ -116,6 +116,17 @@ impl<T: Scalar, const W: usize> Real for Pack<T, W> {
     fn splat(s: T) -> Self {
         Pack([s; W])
     }
+    #[inline(always)]
+    fn sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]) {
+        let (mut s, mut c) = (p, p);
+        for i in 0..W {
+            let (sin, cos) = T::m_sin_cos([p[0].0[i], p[1].0[i], p[2].0[i]]);
+            for a in 0..3 {
+                (s[a].0[i], c[a].0[i]) = (sin[a], cos[a]);
+            }
+        }
+        (s, c)
+    }
     unary!(abs, sqrt, floor, sin, cos, exp, ln);
     binary!(min, max, atan2);
     #[inline(always)]

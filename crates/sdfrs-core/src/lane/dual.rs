@@ -172,6 +172,11 @@ impl<R: Real> Real for Dual<R> {
         self.chain(self.0.cos(), -self.0.sin())
     }
     #[inline(always)]
+    fn sin_cos(p: [Self; 3]) -> ([Self; 3], [Self; 3]) {
+        let (s, c) = R::sin_cos([p[0].0, p[1].0, p[2].0]);
+        (each!(I => p[I].chain(s[I], c[I])), each!(I => p[I].chain(c[I], -s[I])))
+    }
+    #[inline(always)]
     fn exp(self) -> Self {
         let e = self.0.exp();
         self.chain(e, e)

@@ -18,9 +18,14 @@ mod dual;
 mod interval;
 mod mask;
 mod neighbours;
+pub(crate) mod root;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
 pub use array::Pack;
 pub use dual::Dual;
 pub use interval::Iv;
 pub use mask::{Mask, Truth};
 pub(crate) use neighbours::{neighbours, pairs, pairs_f32};
+#[cfg(target_arch = "x86_64")]
+pub use wide::Wide;

@@ -83,7 +83,8 @@ pub fn cone<R: Real>(x: R, y: R, z: R, half: R, r0: R, r1: R, inv: R) -> R {
 
 #[inline(always)]
 pub fn gyroid<R: Real>(x: R, y: R, z: R) -> R {
-    x.sin() * y.cos() + y.sin() * z.cos() + z.sin() * x.cos()
+    let (s, c) = R::sin_cos([x, y, z]);
+    s[0] * c[1] + s[1] * c[2] + s[2] * c[0]
 }
 
 /// Least of `|p - c| - r` over a table of `cx, cy, cz, r`.
