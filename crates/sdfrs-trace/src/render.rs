@@ -185,7 +185,7 @@ pub fn render<T: Native>(
         program: &program,
         prune: limits.prune,
         rays: &rays,
-        width: rays.frame.width(),
+        frame: &rays.frame,
         light,
         hits: &hits,
     };

@@ -48,14 +48,10 @@ impl Srgb {
         table
     }
 
-    /// The byte of a linear value, `from` a byte that is not above it.
+    /// The byte of a linear value, `from` it or the byte before.
     #[inline(always)]
     fn from(&self, from: u8, linear: f64) -> u8 {
-        let mut byte = usize::from(from);
-        while self.least[byte + 1] <= linear {
-            byte += 1;
-        }
-        byte as u8
+        from + u8::from(self.least[usize::from(from) + 1] <= linear)
     }
 
     /// One channel; below 0 is 0, above 1 is 255.
@@ -64,6 +60,13 @@ impl Srgb {
         // The cast saturates, and takes what is not a number for 0.
         let step = ((linear * STEPS as f64) as usize).min(STEPS);
         self.from(self.near[step], linear)
+    }
+
+    /// Three channels, which are often alike.
+    #[inline(always)]
+    pub fn bytes(&self, [r, g, b]: [f64; 3]) -> [u8; 3] {
+        let first = self.byte(r);
+        if r == g && g == b { [first; 3] } else { [first, self.byte(g), self.byte(b)] }
     }
 }
 
