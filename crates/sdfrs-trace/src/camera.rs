@@ -177,7 +177,7 @@ impl Frame {
         if self.perspective {
             let v = [forward[0] + offset[0], forward[1] + offset[1], forward[2] + offset[2]];
             let inverse = L::c(1.0) / L::len3(v[0], v[1], v[2]);
-            (origin, v.map(|v| v * inverse))
+            (origin, [v[0] * inverse, v[1] * inverse, v[2] * inverse])
         } else {
             ([origin[0] + offset[0], origin[1] + offset[1], origin[2] + offset[2]], forward)
         }

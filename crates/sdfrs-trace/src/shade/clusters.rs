@@ -47,11 +47,17 @@ impl<T: Native> Clusters<T> {
         self.list.clear();
     }
 
-    /// A pixel, if it is one: written anyhow, because where a surface ends nobody can guess.
+    /// Some pixels next to each other, those that are lit. All are written, because where a surface ends nobody
+    /// can guess.
     #[inline(always)]
-    pub fn add(&mut self, pixel: Wanted, depth: T, lit: bool) {
-        (self.pixels[self.len], self.depths[self.len]) = (pixel, depth);
-        self.len += usize::from(lit);
+    pub fn add(&mut self, first: Wanted, depths: &[T], lit: impl Iterator<Item = bool>) {
+        let mut len = self.len;
+        for ((i, depth), lit) in (0..).zip(depths).zip(lit) {
+            self.pixels[len] = Wanted { x: first.x + i, place: first.place + i, ..first };
+            self.depths[len] = *depth;
+            len += usize::from(lit);
+        }
+        self.len = len;
     }
 
     pub fn len(&self) -> usize {

@@ -115,12 +115,12 @@ impl<T: Native> Shading<'_, T> {
                 if statuses.first_chunk() == Some(&[Status::Miss as u8; SQUARE]) {
                     continue;
                 }
-                for (i, (&status, &depth)) in statuses.iter().zip(depths).enumerate() {
-                    let (x, place) = (from[0] + i, place + i);
-                    let pixel = Wanted { x: x as u32, y: (top + y) as u32, place: place as u32 };
-                    clusters.add(pixel, depth, shows_surface(status));
-                    if status == Status::Invalid as u8 {
-                        rows.rgb[place] = self.light.surface.unlit(status);
+                let (x, y) = (from[0] as u32, (top + y) as u32);
+                let lit = statuses.iter().map(|status| shows_surface(*status));
+                clusters.add(Wanted { x, y, place: place as u32 }, depths, lit);
+                for (pixel, status) in rows.rgb[place..].iter_mut().zip(statuses) {
+                    if *status == Status::Invalid as u8 {
+                        *pixel = self.light.surface.unlit(*status);
                     }
                 }
             }
@@ -226,30 +226,36 @@ impl<T: Native> Kernel for Lit<'_, T> {
     #[inline(always)]
     fn run(self) {
         type Double = <f64 as Native>::Lanes;
-        let Block { points, towards, gradient: [_, gx, gy, gz], normal, colour, .. } = self.block;
-        for at in (0..gx.len()).step_by(T::Lanes::WIDTH) {
-            let g = [T::Lanes::load(&gx[at..]), T::Lanes::load(&gy[at..]), T::Lanes::load(&gz[at..])];
-            let [dx, dy, dz] = &*towards;
-            let d = [T::Lanes::load(&dx[at..]), T::Lanes::load(&dy[at..]), T::Lanes::load(&dz[at..])];
-            let n = unit(g, d);
+        let Block { points, towards, gradient: [_, slopes @ ..], normal, colour, .. } = self.block;
+        let width = T::Lanes::WIDTH;
+        let ([gx, gy, gz], [tx, ty, tz]) = (slopes, towards);
+        for at in (0..gx.len()).step_by(width) {
+            let at = at..at + width;
+            let g = [&gx[at.clone()], &gy[at.clone()], &gz[at.clone()]];
+            let d = [&tx[at.clone()], &ty[at.clone()], &tz[at.clone()]];
+            let n = unit(
+                [T::Lanes::load(g[0]), T::Lanes::load(g[1]), T::Lanes::load(g[2])],
+                [T::Lanes::load(d[0]), T::Lanes::load(d[1]), T::Lanes::load(d[2])],
+            );
             // Points and normals in double precision, lane by lane.
             let mut double = [[0f64; WIDEST]; 6];
             for a in 0..3 {
                 let mut lanes = [T::default(); WIDEST];
                 n[a].store(&mut lanes);
-                for l in 0..T::Lanes::WIDTH {
-                    double[a][l] = points[a][at + l].f64();
+                let (point, normal) = (&points[a][at.clone()], &mut normal[a][at.clone()]);
+                for l in 0..width {
+                    double[a][l] = point[l].f64();
                     double[3 + a][l] = lanes[l].f64();
-                    normal[a][at + l] = lanes[l].f64() as f32;
+                    normal[l] = lanes[l].f64() as f32;
                 }
             }
-            for from in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
+            for from in (0..width).step_by(Double::WIDTH) {
                 let [px, py, pz, nx, ny, nz] = &double;
                 let p = [Double::load(&px[from..]), Double::load(&py[from..]), Double::load(&pz[from..])];
                 let n = [Double::load(&nx[from..]), Double::load(&ny[from..]), Double::load(&nz[from..])];
                 let rgb = self.light.linear(p, n);
                 for a in 0..3 {
-                    rgb[a].store(&mut colour[a][at + from..]);
+                    rgb[a].store(&mut colour[a][at.start + from..][..Double::WIDTH]);
                 }
             }
         }
