@@ -10,12 +10,14 @@ use sdfrs_core::math::Math;
 
 /// Steps of the second table; the curve climbs less than a byte in one.
 const STEPS: usize = 4096;
+/// 2^52: numbers from there to twice as much are whole.
+const WHOLE: f64 = (1u64 << 52) as f64;
 
 pub struct Srgb {
     /// Least linear value of each byte; the last one stops the search.
     least: [f64; 257],
-    /// Byte of `i / STEPS`.
-    near: [u8; STEPS + 1],
+    /// Byte of `(i - 1/2) / STEPS`, where the `i`-th step begins; as many as bits can name.
+    near: [u8; 2 * STEPS],
 }
 
 impl Srgb {
@@ -39,10 +41,10 @@ impl Srgb {
             }
             *least = hi;
         }
-        let mut table = Self { least, near: [0; STEPS + 1] };
+        let mut table = Self { least, near: [0; 2 * STEPS] };
         let mut byte = 0u8;
-        for i in 0..=STEPS {
-            byte = table.from(byte, i as f64 / STEPS as f64);
+        for i in 0..2 * STEPS {
+            byte = table.from(byte, (i as f64 - 0.5) / STEPS as f64);
             table.near[i] = byte;
         }
         table
@@ -57,8 +59,9 @@ impl Srgb {
     /// One channel; below 0 is 0, above 1 is 255.
     #[inline(always)]
     pub fn byte(&self, linear: f64) -> u8 {
-        // The cast saturates, and takes what is not a number for 0.
-        let step = ((linear * STEPS as f64) as usize).min(STEPS);
+        // What is not a number becomes 0. Digits next to 2^52 are a whole number's: a cast would ask whether it fits.
+        let step = (linear.max(0.0) * STEPS as f64).min(STEPS as f64) + WHOLE;
+        let step = step.to_bits() as usize % (2 * STEPS);
         self.from(self.near[step], linear)
     }
 
