@@ -4,12 +4,18 @@
 //! Law: every pixel that shows a surface is in one cluster, whatever the depths are (tests below).
 
 use sdfrs_core::{
-    Real,
+    Real, Status,
     eval::{Kernel, Lanes, Native, vectorise},
 };
 
-use crate::{camera::Frame, march::{WIDEST, Wanted}};
+use super::direct::shows_surface;
+use crate::{
+    camera::Frame,
+    march::{WIDEST, Wanted},
+};
 
+/// Pixels along the squares.
+pub const SQUARE: usize = 16;
 /// A cluster is at most so many times as deep as its square is wide, unless it is small.
 const DEEP: usize = 3;
 /// Pixels that are not worth being cut.
@@ -47,17 +53,24 @@ impl<T: Native> Clusters<T> {
         self.list.clear();
     }
 
-    /// Some pixels next to each other, those that are lit. All are written, because where a surface ends nobody
-    /// can guess.
+    /// Pixels next to each other: those that show a surface.
     #[inline(always)]
-    pub fn add(&mut self, first: Wanted, depths: &[T], lit: impl Iterator<Item = bool>) {
-        let mut len = self.len;
-        for ((i, depth), lit) in (0..).zip(depths).zip(lit) {
-            self.pixels[len] = Wanted { x: first.x + i, place: first.place + i, ..first };
-            self.depths[len] = *depth;
-            len += usize::from(lit);
+    pub fn add(&mut self, first: Wanted, depths: &[T], statuses: &[u8]) {
+        let (from, to) = (self.len, self.len + depths.len());
+        let pixel = |i: u32| Wanted { x: first.x + i, place: first.place + i, ..first };
+        if statuses.first_chunk() == Some(&[Status::Hit as u8; SQUARE]) {
+            self.depths[from..to].copy_from_slice(depths);
+            self.pixels[from..to].iter_mut().zip(0..).for_each(|(to, i)| *to = pixel(i));
+            self.len = to;
+            return;
         }
-        self.len = len;
+        // All are written, because where a surface ends nobody can guess.
+        let mut at = from;
+        for ((i, depth), status) in (0..).zip(depths).zip(statuses) {
+            (self.pixels[at], self.depths[at]) = (pixel(i), *depth);
+            at += usize::from(shows_surface(*status));
+        }
+        self.len = at;
     }
 
     pub fn len(&self) -> usize {
@@ -70,21 +83,21 @@ impl<T: Native> Clusters<T> {
         &self.depths[..self.len]
     }
 
-    /// The pixels from `from` on as clusters, none much deeper than `side` pixels are wide.
-    pub fn close(&mut self, from: usize, side: usize, frame: &Frame) {
+    /// The pixels from `from` on as clusters, none much deeper than its square is wide.
+    pub fn close(&mut self, from: usize, frame: &Frame) {
         if from < self.len {
-            self.cut(from, self.len, side, frame);
+            self.cut(from, self.len, frame);
         }
     }
 
-    fn cut(&mut self, from: usize, to: usize, side: usize, frame: &Frame) {
+    fn cut(&mut self, from: usize, to: usize, frame: &Frame) {
         let [near, far] = extent(&self.depths[from..to]);
         // A walk that ran out of steps may be anywhere, and where nothing is known nothing is cut.
-        if to - from > FEW && far - near > frame.span(DEEP * side, near) {
+        if to - from > FEW && far - near > frame.span(DEEP * SQUARE, near) {
             let middle = self.part(from, to, 0.5 * near + 0.5 * far);
             if middle > from && middle < to {
-                self.cut(from, middle, side, frame);
-                return self.cut(middle, to, side, frame);
+                self.cut(from, middle, frame);
+                return self.cut(middle, to, frame);
             }
         }
         self.list.push(Cluster { from, to, near });
@@ -133,5 +146,87 @@ impl<T: Native> Kernel for Extent<'_, T> {
         } else {
             [-f64::INFINITY, f64::INFINITY]
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, Kind};
+
+    fn frame() -> Frame {
+        let kind = Kind::Pinhole { fov_deg: 40.0 };
+        let (origin, up) = ([0.0, 0.0, 5.0], [0.0, 1.0, 0.0]);
+        Camera { kind, origin, target: [0.0; 3], up, width: 64, height: 64 }.frame().unwrap()
+    }
+
+    fn clusters(depths: &[f32], statuses: &[u8]) -> Clusters<f32> {
+        let mut all = Clusters::new();
+        all.begin(SQUARE * SQUARE);
+        for (y, (depths, statuses)) in (0..).zip(depths.chunks(SQUARE).zip(statuses.chunks(SQUARE))) {
+            all.add(Wanted { x: 0, y, place: 100 * y }, depths, statuses);
+        }
+        all.close(0, &frame());
+        all
+    }
+
+    #[test]
+    fn every_lit_pixel_is_in_one_cluster_and_none_is_deep() {
+        // Two walls, a slope, and what no depth is.
+        let depth = |i: usize| match i % 7 {
+            0 => 2.0,
+            1 => 40.0,
+            2 => 4.0 + i as f32 * 0.1,
+            3 if i > 200 => f32::INFINITY,
+            4 if i == 179 => f32::MAX,
+            _ => 3.0,
+        };
+        let depths: Vec<f32> = (0..SQUARE * SQUARE).map(depth).collect();
+        // One row is full.
+        let hit = |i: usize| if i % 5 > 0 || i / SQUARE == 3 { Status::Hit } else { Status::Miss };
+        let statuses: Vec<u8> = (0..depths.len()).map(|i| hit(i) as u8).collect();
+        let all = clusters(&depths, &statuses);
+        let mut seen: Vec<u32> = all.pixels().iter().map(|p| p.y * SQUARE as u32 + p.x).collect();
+        for (pixel, t) in all.pixels().iter().zip(all.depths()) {
+            let i = pixel.y as usize * SQUARE + pixel.x as usize;
+            assert!(*t == depths[i] && pixel.place == 100 * pixel.y + pixel.x);
+        }
+        seen.sort_unstable();
+        let want = (0..).zip(&statuses).filter(|(_, s)| **s == Status::Hit as u8).map(|(i, _)| i);
+        assert!(seen.into_iter().eq(want));
+        let mut at = 0;
+        for cluster in &all.list {
+            assert_eq!(cluster.from, at);
+            at = cluster.to;
+            let [near, far] = extent(&all.depths()[cluster.from..cluster.to]);
+            assert_eq!(near, cluster.near);
+            let deep = far - near > frame().span(DEEP * SQUARE, near);
+            assert!(!deep || cluster.to - cluster.from <= FEW || far == f64::INFINITY, "{cluster:?}");
+        }
+        assert!(at == all.len() && all.list.len() > 3, "{:?}", all.list);
+    }
+
+    #[test]
+    fn a_flat_square_is_one_cluster_and_an_empty_one_none() {
+        let n = SQUARE * SQUARE;
+        assert_eq!(clusters(&vec![3.0; n], &vec![Status::Hit as u8; n]).list.len(), 1);
+        assert!(clusters(&vec![3.0; n], &vec![Status::Miss as u8; n]).list.is_empty());
+        // Nothing is known of what is not a number: it stays together.
+        assert_eq!(clusters(&vec![f32::NAN; n], &vec![Status::OutOfSteps as u8; n]).list.len(), 1);
+    }
+
+    #[test]
+    fn extents_are_those_of_the_numbers() {
+        for n in [1usize, 15, 16, 17, 40] {
+            let of: Vec<f64> = (0..n).map(|i| (i as f64 * 1.7).sin() - 2.0).collect();
+            let least = of.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            assert_eq!(extent(&of), [least, most]);
+            for spoiler in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut of = of.clone();
+                of[n / 2] = spoiler;
+                assert_eq!(extent(&of), [f64::NEG_INFINITY, f64::INFINITY]);
+            }
+        }
     }
 }

@@ -12,8 +12,8 @@ use sdfrs_core::{
 };
 
 use super::{
-    clusters::Clusters,
-    direct::{Light, shows_surface},
+    clusters::{Clusters, SQUARE},
+    direct::Light,
     normal::unit,
     slopes::Slopes,
     srgb::Srgb,
@@ -24,9 +24,8 @@ use crate::{
     march::{Bundle, Source, WIDEST, Wanted, squares},
 };
 
-/// Pixels along a block, and along the squares in it whose pixels share a shortened program.
+/// Pixels along a block: some squares whose pixels share a program shortened for their surroundings.
 const BLOCK: [usize; 2] = [128, 32];
-const SQUARE: usize = 16;
 
 /// Normals and colours.
 type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
@@ -116,8 +115,7 @@ impl<T: Native> Shading<'_, T> {
                     continue;
                 }
                 let (x, y) = (from[0] as u32, (top + y) as u32);
-                let lit = statuses.iter().map(|status| shows_surface(*status));
-                clusters.add(Wanted { x, y, place: place as u32 }, depths, lit);
+                clusters.add(Wanted { x, y, place: place as u32 }, depths, statuses);
                 for (pixel, status) in rows.rgb[place..].iter_mut().zip(statuses) {
                     if *status == Status::Invalid as u8 {
                         *pixel = self.light.surface.unlit(*status);
@@ -125,7 +123,7 @@ impl<T: Native> Shading<'_, T> {
                 }
             }
             if pruner.is_some() {
-                clusters.close(start, SQUARE, self.frame);
+                clusters.close(start, self.frame);
             }
         });
     }
@@ -184,13 +182,14 @@ impl<T: Native> Block<T> {
 
     /// Writes normals and colours to where they belong.
     fn show(&self, rows: &mut Rows) {
-        let table = Srgb::get();
-        let pixels = self.clusters.pixels();
-        let ([r, g, b], [nx, ny, nz]) = (&self.colour, &self.normal);
+        let (table, pixels) = (Srgb::get(), self.clusters.pixels());
+        // Cut to one length, so that only places are checked below.
+        let [r, g, b] = [0, 1, 2].map(|a| &self.colour[a][..pixels.len()]);
+        let [x, y, z] = [0, 1, 2].map(|a| &self.normal[a][..pixels.len()]);
         for (k, pixel) in pixels.iter().enumerate() {
             let i = pixel.place as usize;
             rows.rgb[i] = table.bytes([r[k], g[k], b[k]]);
-            rows.normals[i] = [nx[k], ny[k], nz[k]];
+            rows.normals[i] = [x[k], y[k], z[k]];
         }
     }
 }

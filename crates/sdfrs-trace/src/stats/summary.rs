@@ -154,7 +154,8 @@ impl<T: Scalar> Kernel for Add<'_, T> {
                 *sum += u64::from(run.iter().fold(0u8, |n, s| n + u8::from(*s == status)));
             }
         }
-        for run in hits.flags.chunks(RUN) {
+        let loud = if hits.work.quiet { 0 } else { hits.flags.len() };
+        for run in hits.flags[..loud].chunks(RUN) {
             // Hardly ever is one raised.
             if run.iter().fold(0, |all, flags| all | flags) != 0 {
                 for (sum, bit) in sums.flags.iter_mut().zip([FLAG_INSIDE, FLAG_CROSSING, FLAG_PRECISION]) {
@@ -163,7 +164,7 @@ impl<T: Scalar> Kernel for Add<'_, T> {
             }
         }
         sums.steps = hits.steps.iter().map(|n| u64::from(*n)).sum();
-        sums.fallbacks = hits.fallbacks.iter().map(|n| u64::from(*n)).sum();
+        sums.fallbacks = hits.fallbacks[..loud].iter().map(|n| u64::from(*n)).sum();
         // Side by side: one after the other each would wait for the last. A NaN compares false and is left out.
         let mut most = [T::of(0.0); WIDTH];
         for run in hits.witness.chunks(WIDTH) {
