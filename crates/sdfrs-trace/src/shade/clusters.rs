@@ -133,11 +133,11 @@ impl<T: Native> Kernel for Extent<'_, T> {
     #[inline(always)]
     fn run(self) {
         let (mut lo, mut hi) = (T::Lanes::splat(T::INFINITY), T::Lanes::splat(-T::INFINITY));
-        // What is not a number leaves a difference that is none: it is neither below nor above, nor is its sum.
-        let mut sum = T::Lanes::c(0.0);
+        // Nothing times what is not finite is not a number, nor is its sum with others.
+        let (zero, mut sum) = (T::Lanes::c(0.0), T::Lanes::c(0.0));
         for run in self.of.chunks(T::Lanes::WIDTH) {
             let v = T::Lanes::load(run);
-            (lo, hi, sum) = (lo.min(v), hi.max(v), sum + (v - v));
+            (lo, hi, sum) = (lo.min(v), hi.max(v), sum + v * zero);
         }
         let mut spoilt = [T::default(); WIDEST];
         sum.store(&mut spoilt);
@@ -172,12 +172,11 @@ mod tests {
 
     #[test]
     fn every_lit_pixel_is_in_one_cluster_and_none_is_deep() {
-        // Two walls, a slope, and what no depth is.
+        // Two walls, a slope, and one that went astray.
         let depth = |i: usize| match i % 7 {
             0 => 2.0,
             1 => 40.0,
             2 => 4.0 + i as f32 * 0.1,
-            3 if i > 200 => f32::INFINITY,
             4 if i == 179 => f32::MAX,
             _ => 3.0,
         };
@@ -201,7 +200,7 @@ mod tests {
             let [near, far] = extent(&all.depths()[cluster.from..cluster.to]);
             assert_eq!(near, cluster.near);
             let deep = far - near > frame().span(DEEP * SQUARE, near);
-            assert!(!deep || cluster.to - cluster.from <= FEW || far == f64::INFINITY, "{cluster:?}");
+            assert!(!deep || cluster.to - cluster.from <= FEW, "{cluster:?}");
         }
         assert!(at == all.len() && all.list.len() > 3, "{:?}", all.list);
     }
