@@ -182,7 +182,7 @@ mod tests {
         };
         let depths: Vec<f32> = (0..SQUARE * SQUARE).map(depth).collect();
         // One row is full.
-        let hit = |i: usize| if i % 5 > 0 || i / SQUARE == 3 { Status::Hit } else { Status::Miss };
+        let hit = |i: usize| if !i.is_multiple_of(5) || i / SQUARE == 3 { Status::Hit } else { Status::Miss };
         let statuses: Vec<u8> = (0..depths.len()).map(|i| hit(i) as u8).collect();
         let all = clusters(&depths, &statuses);
         let mut seen: Vec<u32> = all.pixels().iter().map(|p| p.y * SQUARE as u32 + p.x).collect();
