@@ -58,7 +58,7 @@ impl Summary {
         let steps = Counts::of(&hits.steps);
         let [misses, hit, out_of_steps, invalid] = sums.statuses;
         let [inside, crossings, precision_limited] = sums.flags;
-        let (evaluations, witness) = (sums.steps, sums.witness.f64());
+        let (evaluations, witness) = (steps.sum(), sums.witness.f64());
         Self {
             rays: hits.status.len() as u64,
             hits: hit,
@@ -131,7 +131,6 @@ struct Sums<T> {
     /// Rays by status, and by flag.
     statuses: [u64; 4],
     flags: [u64; 3],
-    steps: u64,
     fallbacks: u64,
     witness: T,
 }
@@ -163,7 +162,6 @@ impl<T: Scalar> Kernel for Add<'_, T> {
                 }
             }
         }
-        sums.steps = hits.steps.iter().map(|n| u64::from(*n)).sum();
         sums.fallbacks = hits.fallbacks[..loud].iter().map(|n| u64::from(*n)).sum();
         // Side by side: one after the other each would wait for the last. A NaN compares false and is left out.
         let mut most = [T::of(0.0); WIDTH];
@@ -204,6 +202,12 @@ impl Counts {
         many.sort_unstable();
         let few = few.iter().map(|turns| turns.iter().sum()).collect();
         Self { all: values.len() as u64, few, many }
+    }
+
+    /// Of all values.
+    fn sum(&self) -> u64 {
+        let few: u64 = self.few.iter().zip(0..).map(|(n, v)| n * v).sum();
+        few + self.many.iter().map(|v| u64::from(*v)).sum::<u64>()
     }
 
     /// Nearest-rank percentile; 0 of nothing.
