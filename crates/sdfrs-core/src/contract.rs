@@ -224,11 +224,19 @@ pub struct Work {
     pub lengths: BTreeMap<u64, u64>,
     /// What the pruner kept in memory, all workers together.
     pub arena_bytes: u64,
+    /// Whether it is known that no ray fell back or raised a flag: pages that nobody wrote need not be read.
+    pub quiet: bool,
 }
 
 impl Default for Work {
     fn default() -> Self {
-        Self { prune: Prune::Off, node_evaluations: 0, lengths: BTreeMap::new(), arena_bytes: 0 }
+        Self {
+            prune: Prune::Off,
+            node_evaluations: 0,
+            lengths: BTreeMap::new(),
+            arena_bytes: 0,
+            quiet: false,
+        }
     }
 }
 

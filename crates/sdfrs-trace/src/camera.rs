@@ -77,12 +77,14 @@ impl Camera {
                 format!("got {:?}, allowed: a vector that is not parallel to the view {forward}", self.up);
             return Err(refuse("up", message));
         };
+        let half = self.half_height()?;
         Ok(Frame {
             origin,
             forward,
             right,
             up: right.cross(forward),
-            half: self.half_height()?,
+            half,
+            grain: half / f64::from(self.height),
             perspective: matches!(self.kind, Kind::Pinhole { .. }),
             size: DVec2::new(self.width.into(), self.height.into()),
             width: u64::from(self.width),
@@ -139,6 +141,8 @@ pub struct Frame {
     /// Half the height of the image: at unit distance, or in world units without perspective.
     pub half: f64,
     pub perspective: bool,
+    /// Half a pixel: `half` over the height in pixels.
+    grain: f64,
     size: DVec2,
     width: u64,
 }
@@ -147,12 +151,13 @@ impl Frame {
     /// Origin and unit direction of the ray through the centre of a pixel.
     pub fn ray(&self, px: u32, py: u32) -> ([f64; 3], [f64; 3]) {
         let DVec2 { x: w, y: h } = self.size;
-        let x = (2.0 * (f64::from(px) + 0.5) - w) / h * self.half;
-        let y = (h - 2.0 * (f64::from(py) + 0.5)) / h * self.half;
+        let x = (2.0 * (f64::from(px) + 0.5) - w) * self.grain;
+        let y = (h - 2.0 * (f64::from(py) + 0.5)) * self.grain;
         let offset = x * self.right + y * self.up;
         if self.perspective {
             let v = self.forward + offset;
-            (self.origin.into(), (v / v.length()).into())
+            // One division instead of three: rays are made by the million.
+            (self.origin.into(), (v * (1.0 / v.length())).into())
         } else {
             ((self.origin + offset).into(), self.forward.into())
         }
@@ -162,20 +167,25 @@ impl Frame {
     #[inline(always)]
     pub fn lanes<L: Real<S = f64>>(&self, px: L, py: L) -> ([L; 3], [L; 3]) {
         let (w, h) = (L::splat(self.size.x), L::splat(self.size.y));
-        let half = L::splat(self.half);
+        let grain = L::splat(self.grain);
         let (two, middle) = (L::c(2.0), L::c(0.5));
-        let x = (two * (px + middle) - w) / h * half;
-        let y = (h - two * (py + middle)) / h * half;
+        let x = (two * (px + middle) - w) * grain;
+        let y = (h - two * (py + middle)) * grain;
         let (origin, forward) = (wide::<L>(self.origin), wide::<L>(self.forward));
         let (right, up) = (wide::<L>(self.right), wide::<L>(self.up));
         let offset = [x * right[0] + y * up[0], x * right[1] + y * up[1], x * right[2] + y * up[2]];
         if self.perspective {
             let v = [forward[0] + offset[0], forward[1] + offset[1], forward[2] + offset[2]];
-            let length = L::len3(v[0], v[1], v[2]);
-            (origin, [v[0] / length, v[1] / length, v[2] / length])
+            let inverse = L::c(1.0) / L::len3(v[0], v[1], v[2]);
+            (origin, [v[0] * inverse, v[1] * inverse, v[2] * inverse])
         } else {
             ([origin[0] + offset[0], origin[1] + offset[1], origin[2] + offset[2]], forward)
         }
+    }
+
+    /// World units that so many pixels span at a depth.
+    pub fn span(&self, pixels: usize, depth: f64) -> f64 {
+        2.0 * self.grain * pixels as f64 * if self.perspective { depth } else { 1.0 }
     }
 
     /// Pixels of a row.

@@ -113,16 +113,22 @@ impl<T: Native> Kernel for Lines<'_, T> {
     #[inline(always)]
     fn run(self) {
         type Double = <f64 as Native>::Lanes;
-        let mut pixels = [[0.0f64; WIDEST]; 2];
-        for (lane, wanted) in self.wanted.iter().enumerate() {
-            (pixels[0][lane], pixels[1][lane]) = (f64::from(wanted.x), f64::from(wanted.y));
-        }
-        for lane in self.wanted.len().max(1)..WIDEST {
-            (pixels[0][lane], pixels[1][lane]) = (pixels[0][lane - 1], pixels[1][lane - 1]);
-        }
         let mut lines = [[0.0f64; WIDEST]; 6];
         for at in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
-            let [x, y] = [Double::load(&pixels[0][at..]), Double::load(&pixels[1][at..])];
+            let rest = self.wanted.get(at..).unwrap_or_default();
+            let short: [Wanted; Double::WIDTH];
+            let pixels = match rest.first_chunk() {
+                Some(pixels) => pixels,
+                None => {
+                    short = few(rest, self.wanted.last());
+                    &short
+                }
+            };
+            let (mut x, mut y) = (Double::c(0.0), Double::c(0.0));
+            for lane in 0..Double::WIDTH {
+                x.set(lane, f64::from(pixels[lane].x));
+                y.set(lane, f64::from(pixels[lane].y));
+            }
             let (o, d) = self.rays.frame.lanes(x, y);
             for a in 0..3 {
                 o[a].store(&mut lines[a][at..]);
@@ -145,6 +151,14 @@ impl<T: Native> Kernel for Lines<'_, T> {
             t_max: T::Lanes::splat(self.rays.t_max),
         };
     }
+}
+
+/// A pack that is not full: the last pixel again.
+#[cold]
+#[inline(never)]
+fn few<const N: usize>(rest: &[Wanted], last: Option<&Wanted>) -> [Wanted; N] {
+    let last = last.copied().unwrap_or(Wanted { x: 0, y: 0, place: 0 });
+    std::array::from_fn(|lane| rest.get(lane).copied().unwrap_or(last))
 }
 
 /// Traces all rays of a camera from t = 0, without shading.
@@ -185,7 +199,7 @@ pub fn render<T: Native>(
         program: &program,
         prune: limits.prune,
         rays: &rays,
-        width: rays.frame.width(),
+        frame: &rays.frame,
         light,
         hits: &hits,
     };

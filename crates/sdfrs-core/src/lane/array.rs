@@ -23,12 +23,14 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
         if let Some(full) = src.first_chunk::<W>() {
             return Pack(*full);
         }
+        Self::load_few(src)
+    }
+    /// Away from the usual way: together both would be one call to memcpy, of a length that is not known.
+    #[cold]
+    #[inline(never)]
+    fn load_few(src: &[T]) -> Self {
         let mut r = Pack([src.last().copied().unwrap_or_default(); W]);
-        // A call to memcpy would cost more than the lanes.
-        #[allow(clippy::manual_memcpy)]
-        for i in 0..src.len().min(W) {
-            r.0[i] = src[i];
-        }
+        r.0[..src.len()].copy_from_slice(src);
         r
     }
     #[inline(always)]

@@ -16,6 +16,8 @@ pub struct Columns<'a, T> {
     /// Rays whose surface has to be refined yet.
     pub crossings: Vec<Crossing<T>>,
     pub work: Work,
+    /// Whether no ray fell back or raised a flag.
+    pub quiet: bool,
 }
 
 /// A row's results side by side.
@@ -74,6 +76,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         if tally.flags != 0 {
             row.flags[k] = tally.flags;
         }
+        self.quiet &= tally.fallbacks == 0 && tally.flags == 0;
         self.threshold = Real::max(self.threshold, threshold);
     }
     #[inline(always)]
@@ -88,6 +91,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         row.witness[to.clone()].copy_from_slice(&passed.witness);
         if passed.fallbacks != [0; QUAD] {
             row.fallbacks[to].copy_from_slice(&passed.fallbacks);
+            self.quiet = false;
         }
     }
     fn cross(&mut self, crossing: Crossing<T>) {
@@ -102,8 +106,13 @@ pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order) -> Vec<Columns
     let (mut step_counts, mut fallback_counts) = (Cut(steps), Cut(fallbacks));
     let (mut multipliers, mut distances) = (Cut(multiplier), Cut(distance));
     let (mut witnesses, mut notes) = (Cut(witness), Cut(flags));
-    let tile =
-        |_| Columns { rows: Vec::new(), threshold: T::of(0.0), crossings: Vec::new(), work: Work::default() };
+    let tile = |_| Columns {
+        rows: Vec::new(),
+        threshold: T::of(0.0),
+        crossings: Vec::new(),
+        work: Work::default(),
+        quiet: true,
+    };
     let mut tiles: Vec<Columns<'a, T>> = (0..order.tiles()).map(tile).collect();
     order.pieces(|tile, n| {
         tiles[tile].rows.push(Row {

@@ -66,8 +66,6 @@ pub struct Wanted {
 }
 
 impl<'a, T: Native> Feed<'a, T> {
-    const WIDTH: usize = T::Lanes::WIDTH;
-
     pub fn new(rays: &'a dyn Source<T>, order: &'a [Wanted]) -> Self {
         Self { rays, order, at: 0, bundle: Bundle::blank(), used: 0, made: 0 }
     }

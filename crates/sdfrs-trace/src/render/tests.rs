@@ -1,8 +1,8 @@
-use sdfrs_core::{Prune, Rays, Status, Value, pool};
+use sdfrs_core::{Prune, Rays, Status, Value, contract::Work, pool};
 
 use super::*;
 use crate::camera::Kind;
-use crate::march;
+use crate::{march, tracer::Form};
 
 const LIMITS: Limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 1000, prune: Prune::Off };
 
@@ -209,6 +209,24 @@ fn out_of_steps_is_shaded_where_it_got_to() {
         p.rgb[i],
         Light { lights: &[], surface: &scene.surface }.pixel(Status::Hit as u8, [0.0f32; 3], [0.0; 3])
     );
+}
+
+#[test]
+fn a_quiet_trace_has_nothing_to_tell() {
+    let quiet = |origin: [f64; 3], tracer: Tracer| {
+        let camera = Camera { origin, ..camera(33, 17) };
+        let (hits, summary) =
+            trace_camera::<f32>(&sphere(), &camera, &tracer, &LIMITS, 100.0, &Control::new()).unwrap();
+        let told = hits.flags.iter().any(|f| *f != 0) || hits.fallbacks.iter().any(|n| *n != 0);
+        assert_eq!(hits.work.quiet, !told);
+        let loud = Hits { work: Work { quiet: false, ..hits.work.clone() }, ..hits };
+        assert_eq!(Summary::of(&loud, summary.seconds, 1.0), summary);
+        !told
+    };
+    let outside = [3.0, 2.0, 4.0];
+    assert!(quiet(outside, Tracer::Basic { guards: true }));
+    assert!(!quiet([0.1, 0.2, 0.3], Tracer::Basic { guards: true }), "starts inside");
+    assert!(!quiet(outside, Tracer::Relaxed { omega: 1.9, form: Form::Y2018, guards: true }), "falls back");
 }
 
 #[test]

@@ -109,8 +109,7 @@ impl Light<'_> {
         if !shows_surface(status) {
             return self.surface.unlit(status);
         }
-        let table = Srgb::get();
-        self.linear(point.map(Scalar::f64), normal.map(Scalar::f64)).map(|v| table.byte(v))
+        Srgb::get().bytes(self.linear(point.map(Scalar::f64), normal.map(Scalar::f64)))
     }
 }
 

@@ -1,5 +1,6 @@
 //! From hits to colours: normals, then light.
 
+mod clusters;
 pub mod direct;
 pub mod normal;
 mod picture;

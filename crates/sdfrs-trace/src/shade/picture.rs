@@ -1,126 +1,150 @@
-//! Normals and colours of all pixels, tile by tile: rays made again, gradients, light; a pack at a time.
+//! Normals and colours of all pixels, block by block: rays made again, gradients, light; a pack at a time.
 //!
-//! Law: a pixel is what `Light::pixel` gives for it; the same bits for any number of threads (tests in `render`).
+//! A block's columns stay in a near cache from one stage to the next. Law: a pixel is what `Light::pixel`
+//! gives for it; the same bits for any number of threads (tests in `render`).
 
 use rayon::prelude::*;
 use sdfrs_core::{
     Control, Hits, Program, Prune, Status,
     eval::{Kernel, Lanes, Native, vectorise},
     pool,
+    prune::Pruner,
 };
 
 use super::{
-    direct::{Light, shows_surface},
+    clusters::{Clusters, SQUARE},
+    direct::Light,
     normal::unit,
     slopes::Slopes,
     srgb::Srgb,
 };
 use crate::{
+    camera::Frame,
     error::TraceError,
     march::{Bundle, Source, WIDEST, Wanted, squares},
 };
 
-/// Rows of pixels shaded by one worker at a time, and pixels along a side of the squares that share a
-/// shortened program.
-const ROWS: usize = 16;
-const SQUARE: usize = 8;
+/// Pixels along a block: some squares whose pixels share a program shortened for their surroundings.
+const BLOCK: [usize; 2] = [128, 32];
 
 /// Normals and colours.
 type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
 
-/// What every tile of a picture is shaded from.
+/// What every block of a picture is shaded from.
 pub struct Shading<'a, T: Native> {
     pub program: &'a Program<T>,
     pub prune: Prune,
     pub rays: &'a dyn Source<T>,
-    /// Pixels of a row.
-    pub width: usize,
+    pub frame: &'a Frame,
     pub light: Light<'a>,
     pub hits: &'a Hits<T>,
 }
 
+/// Whole rows of pixels, as high as a block.
+struct Rows<'a> {
+    /// The first pixel's number.
+    first: usize,
+    normals: &'a mut [[f32; 3]],
+    rgb: &'a mut [[u8; 3]],
+}
+
 impl<T: Native> Shading<'_, T> {
-    /// Normals and colours of all pixels, tile by tile on the pool.
+    /// Normals and colours of all pixels, some rows at a time on the pool.
     pub fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
         let mut normals = vec![[0f32; 3]; self.hits.t.len()];
         let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
+        let width = self.frame.width();
         pool::install(|| {
-            let size = ROWS * self.width;
-            let tiles = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
-            tiles.try_for_each_init(Tile::default, |tile, (i, (normals, rgb))| {
+            let size = BLOCK[1] * width;
+            let rows = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
+            rows.try_for_each_init(Block::default, |block, (i, (normals, rgb))| {
                 if control.is_cancelled() {
                     return Err(TraceError::Cancelled);
                 }
-                self.tile(tile, i * size, normals, rgb);
+                let height = rgb.len() / width;
+                let mut rows = Rows { first: i * size, normals, rgb };
+                self.clear(rows.rgb);
+                squares([0; 2], [width, height], BLOCK, |from, to| self.block(block, from, to, &mut rows));
                 Ok(())
             })
         })?;
         Ok((normals, rgb))
     }
 
-    /// Whole rows of pixels from the pixel `first` on.
-    fn tile(&self, tile: &mut Tile<T>, first: usize, normals: &mut [[f32; 3]], rgb: &mut [[u8; 3]]) {
-        self.find(tile, first, rgb);
-        let packs = tile.lit.len().div_ceil(T::Lanes::WIDTH);
-        tile.fit(packs * T::Lanes::WIDTH);
-        let mut bundle = Bundle::blank();
-        let Tile { lit, points, towards, .. } = &mut *tile;
-        for (pack, lit) in lit.chunks(T::Lanes::WIDTH).enumerate() {
-            self.rays.bundle(lit, &mut bundle);
-            let mut t = [T::default(); WIDEST];
-            for (t, lit) in t.iter_mut().zip(lit) {
-                *t = self.hits.t[first + lit.place as usize];
-            }
-            let at = pack * T::Lanes::WIDTH;
-            vectorise(Meet { bundle: &bundle, t: &t, points, towards, at });
-        }
-        let Tile { slopes, squares, points, gradient, lit, .. } = &mut *tile;
-        slopes.run(self.program, self.prune, &squares[..], lit.len(), points, gradient);
-        vectorise(Lit { light: self.light, tile });
-        let table = Srgb::get();
-        for (k, lit) in tile.lit.iter().enumerate() {
-            let i = lit.place as usize;
-            rgb[i] =
-                [table.byte(tile.colour[0][k]), table.byte(tile.colour[1][k]), table.byte(tile.colour[2][k])];
-            normals[i] = [tile.normal[0][k], tile.normal[1][k], tile.normal[2][k]];
-        }
+    /// What is shown where nothing is hit.
+    fn clear(&self, rgb: &mut [[u8; 3]]) {
+        let (row, others) = rgb.split_at_mut(self.frame.width());
+        row.fill(self.light.surface.unlit(Status::Miss as u8));
+        others.chunks_exact_mut(row.len()).for_each(|other| other.copy_from_slice(row));
     }
 
-    /// The pixels that show a surface, square by square; the others get their colour.
-    fn find(&self, tile: &mut Tile<T>, first: usize, rgb: &mut [[u8; 3]]) {
-        let (width, top, height) = (self.width, first / self.width, rgb.len() / self.width);
-        let sky = self.light.surface.unlit(Status::Miss as u8);
-        tile.lit.clear();
-        tile.squares.clear();
-        squares([0, 0], [width, height], [SQUARE, ROWS], |from, to| {
-            squares(from, to, [SQUARE; 2], |from, to| {
-                for y in from[1]..to[1] {
-                    let row = y * width + from[0]..y * width + to[0];
-                    let statuses = &self.hits.status[first + row.start..first + row.end];
-                    let pixels = rgb[row.clone()].iter_mut().zip(statuses);
-                    for ((x, i), (pixel, &status)) in (from[0]..).zip(row).zip(pixels) {
-                        *pixel = sky;
-                        if status == Status::Invalid as u8 {
-                            *pixel = self.light.surface.unlit(status);
-                        } else if shows_surface(status) {
-                            tile.lit.push(Wanted { x: x as u32, y: (top + y) as u32, place: i as u32 });
-                        }
+    /// One of the blocks of some rows.
+    fn block(&self, block: &mut Block<T>, from: [usize; 2], to: [usize; 2], rows: &mut Rows) {
+        let pruner = Slopes::pruner(self.program, self.prune);
+        self.find(&mut block.clusters, pruner, from, to, rows);
+        if block.clusters.len() == 0 {
+            return;
+        }
+        block.fit();
+        self.meet(block);
+        let Block { slopes, clusters, points, gradient, .. } = &mut *block;
+        let deep = |near: f64| self.frame.span(BLOCK[0], near);
+        slopes.run(self.program, pruner, &mut clusters.list, deep, points, gradient);
+        vectorise(Lit { light: self.light, block });
+        block.show(rows);
+    }
+
+    /// The pixels that show a surface, square by square.
+    fn find(
+        &self,
+        clusters: &mut Clusters<T>,
+        pruner: Option<&Pruner>,
+        from: [usize; 2],
+        to: [usize; 2],
+        rows: &mut Rows,
+    ) {
+        let (width, top) = (self.frame.width(), rows.first / self.frame.width());
+        clusters.begin(BLOCK[0] * BLOCK[1]);
+        squares(from, to, [SQUARE; 2], |from, to| {
+            let start = clusters.len();
+            for y in from[1]..to[1] {
+                let place = y * width + from[0];
+                let at = rows.first + place..rows.first + place + to[0] - from[0];
+                let (statuses, depths) = (&self.hits.status[at.clone()], &self.hits.t[at]);
+                if statuses.first_chunk() == Some(&[Status::Miss as u8; SQUARE]) {
+                    continue;
+                }
+                let (x, y) = (from[0] as u32, (top + y) as u32);
+                clusters.add(Wanted { x, y, place: place as u32 }, depths, statuses);
+                for (pixel, status) in rows.rgb[place..].iter_mut().zip(statuses) {
+                    if *status == Status::Invalid as u8 {
+                        *pixel = self.light.surface.unlit(*status);
                     }
                 }
-                if tile.lit.len() > tile.squares.last().copied().unwrap_or(0) {
-                    tile.squares.push(tile.lit.len());
-                }
-            });
+            }
+            if pruner.is_some() {
+                clusters.close(start, self.frame);
+            }
         });
+    }
+
+    /// Where the rays have come to.
+    fn meet(&self, block: &mut Block<T>) {
+        let Block { clusters, points, towards, .. } = block;
+        let mut bundle = Bundle::blank();
+        let width = T::Lanes::WIDTH;
+        let packs = clusters.pixels().chunks(width).zip(clusters.depths().chunks(width));
+        for (pack, (pixels, t)) in packs.enumerate() {
+            self.rays.bundle(pixels, &mut bundle);
+            vectorise(Meet { bundle: &bundle, t, points, towards, at: pack * width });
+        }
     }
 }
 
-/// A worker's memory for the pixels of a tile that show something, in whole packs.
-struct Tile<T: Native> {
+/// A worker's memory for the pixels of a block that show something, in whole packs.
+struct Block<T: Native> {
     slopes: Slopes<T>,
-    lit: Vec<Wanted>,
-    /// Where each square ends among them.
-    squares: Vec<usize>,
+    clusters: Clusters<T>,
     points: [Vec<T>; 3],
     /// Directions of their rays.
     towards: [Vec<T>; 3],
@@ -131,12 +155,11 @@ struct Tile<T: Native> {
     colour: [Vec<f64>; 3],
 }
 
-impl<T: Native> Default for Tile<T> {
+impl<T: Native> Default for Block<T> {
     fn default() -> Self {
         Self {
             slopes: Slopes::new(),
-            lit: Vec::new(),
-            squares: Vec::new(),
+            clusters: Clusters::new(),
             points: Default::default(),
             towards: Default::default(),
             gradient: Default::default(),
@@ -146,13 +169,28 @@ impl<T: Native> Default for Tile<T> {
     }
 }
 
-impl<T: Native> Tile<T> {
-    fn fit(&mut self, n: usize) {
+impl<T: Native> Block<T> {
+    /// Makes room for whole packs.
+    fn fit(&mut self) {
+        let n = self.clusters.len().next_multiple_of(T::Lanes::WIDTH);
         for column in self.points.iter_mut().chain(&mut self.towards).chain(&mut self.gradient) {
             column.resize(n, T::default());
         }
         self.normal.iter_mut().for_each(|column| column.resize(n, 0.0));
         self.colour.iter_mut().for_each(|column| column.resize(n, 0.0));
+    }
+
+    /// Writes normals and colours to where they belong.
+    fn show(&self, rows: &mut Rows) {
+        let (table, pixels) = (Srgb::get(), self.clusters.pixels());
+        // Cut to one length, so that only places are checked below.
+        let [r, g, b] = [0, 1, 2].map(|a| &self.colour[a][..pixels.len()]);
+        let [x, y, z] = [0, 1, 2].map(|a| &self.normal[a][..pixels.len()]);
+        for (k, pixel) in pixels.iter().enumerate() {
+            let i = pixel.place as usize;
+            rows.rgb[i] = table.bytes([r[k], g[k], b[k]]);
+            rows.normals[i] = [x[k], y[k], z[k]];
+        }
     }
 }
 
@@ -180,37 +218,43 @@ impl<T: Native> Kernel for Meet<'_, T> {
 /// Normals from gradients, and the light there.
 struct Lit<'a, T: Native> {
     light: Light<'a>,
-    tile: &'a mut Tile<T>,
+    block: &'a mut Block<T>,
 }
 
 impl<T: Native> Kernel for Lit<'_, T> {
     #[inline(always)]
     fn run(self) {
         type Double = <f64 as Native>::Lanes;
-        let Tile { points, towards, gradient: [_, gx, gy, gz], normal, colour, .. } = self.tile;
-        for at in (0..gx.len()).step_by(T::Lanes::WIDTH) {
-            let g = [T::Lanes::load(&gx[at..]), T::Lanes::load(&gy[at..]), T::Lanes::load(&gz[at..])];
-            let [dx, dy, dz] = &*towards;
-            let d = [T::Lanes::load(&dx[at..]), T::Lanes::load(&dy[at..]), T::Lanes::load(&dz[at..])];
-            let n = unit(g, d);
+        let Block { points, towards, gradient: [_, slopes @ ..], normal, colour, .. } = self.block;
+        let width = T::Lanes::WIDTH;
+        let ([gx, gy, gz], [tx, ty, tz]) = (slopes, towards);
+        for at in (0..gx.len()).step_by(width) {
+            let at = at..at + width;
+            let g = [&gx[at.clone()], &gy[at.clone()], &gz[at.clone()]];
+            let d = [&tx[at.clone()], &ty[at.clone()], &tz[at.clone()]];
+            let n = unit(
+                [T::Lanes::load(g[0]), T::Lanes::load(g[1]), T::Lanes::load(g[2])],
+                [T::Lanes::load(d[0]), T::Lanes::load(d[1]), T::Lanes::load(d[2])],
+            );
             // Points and normals in double precision, lane by lane.
             let mut double = [[0f64; WIDEST]; 6];
             for a in 0..3 {
                 let mut lanes = [T::default(); WIDEST];
                 n[a].store(&mut lanes);
-                for l in 0..T::Lanes::WIDTH {
-                    double[a][l] = points[a][at + l].f64();
+                let (point, normal) = (&points[a][at.clone()], &mut normal[a][at.clone()]);
+                for l in 0..width {
+                    double[a][l] = point[l].f64();
                     double[3 + a][l] = lanes[l].f64();
-                    normal[a][at + l] = lanes[l].f64() as f32;
+                    normal[l] = lanes[l].f64() as f32;
                 }
             }
-            for from in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
+            for from in (0..width).step_by(Double::WIDTH) {
                 let [px, py, pz, nx, ny, nz] = &double;
                 let p = [Double::load(&px[from..]), Double::load(&py[from..]), Double::load(&pz[from..])];
                 let n = [Double::load(&nx[from..]), Double::load(&ny[from..]), Double::load(&nz[from..])];
                 let rgb = self.light.linear(p, n);
                 for a in 0..3 {
-                    rgb[a].store(&mut colour[a][at + from..]);
+                    rgb[a].store(&mut colour[a][at.start + from..][..Double::WIDTH]);
                 }
             }
         }

@@ -10,12 +10,14 @@ use sdfrs_core::math::Math;
 
 /// Steps of the second table; the curve climbs less than a byte in one.
 const STEPS: usize = 4096;
+/// 2^52: numbers from there to twice as much are whole.
+const WHOLE: f64 = (1u64 << 52) as f64;
 
 pub struct Srgb {
     /// Least linear value of each byte; the last one stops the search.
     least: [f64; 257],
-    /// Byte of `i / STEPS`.
-    near: [u8; STEPS + 1],
+    /// Byte of `(i - 1/2) / STEPS`, where the `i`-th step begins; as many as bits can name.
+    near: [u8; 2 * STEPS],
 }
 
 impl Srgb {
@@ -39,31 +41,35 @@ impl Srgb {
             }
             *least = hi;
         }
-        let mut table = Self { least, near: [0; STEPS + 1] };
+        let mut table = Self { least, near: [0; 2 * STEPS] };
         let mut byte = 0u8;
-        for i in 0..=STEPS {
-            byte = table.from(byte, i as f64 / STEPS as f64);
+        for i in 0..2 * STEPS {
+            byte = table.from(byte, (i as f64 - 0.5) / STEPS as f64);
             table.near[i] = byte;
         }
         table
     }
 
-    /// The byte of a linear value, `from` a byte that is not above it.
+    /// The byte of a linear value, `from` it or the byte before.
     #[inline(always)]
     fn from(&self, from: u8, linear: f64) -> u8 {
-        let mut byte = usize::from(from);
-        while self.least[byte + 1] <= linear {
-            byte += 1;
-        }
-        byte as u8
+        from + u8::from(self.least[usize::from(from) + 1] <= linear)
     }
 
     /// One channel; below 0 is 0, above 1 is 255.
     #[inline(always)]
     pub fn byte(&self, linear: f64) -> u8 {
-        // The cast saturates, and takes what is not a number for 0.
-        let step = ((linear * STEPS as f64) as usize).min(STEPS);
+        // What is not a number becomes 0. Digits next to 2^52 are a whole number's: a cast would ask whether it fits.
+        let step = (linear.max(0.0) * STEPS as f64).min(STEPS as f64) + WHOLE;
+        let step = step.to_bits() as usize % (2 * STEPS);
         self.from(self.near[step], linear)
+    }
+
+    /// Three channels, which are often alike.
+    #[inline(always)]
+    pub fn bytes(&self, [r, g, b]: [f64; 3]) -> [u8; 3] {
+        let first = self.byte(r);
+        if r == g && g == b { [first; 3] } else { [first, self.byte(g), self.byte(b)] }
     }
 }
 

@@ -5,8 +5,9 @@
 //! sorting everything (tests below), whatever the number of threads.
 
 use sdfrs_core::{
-    Hits, Scalar, Status,
+    Hits, Real, Scalar,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION, Work},
+    eval::{Kernel, vectorise},
 };
 
 /// Counts of one trace; zeros where there were no rays.
@@ -52,28 +53,27 @@ pub struct Summary {
 impl Summary {
     /// Of a field whose declared bound is `lipschitz`.
     pub fn of<T: Scalar>(hits: &Hits<T>, seconds: f64, lipschitz: f64) -> Self {
-        let status = |s: Status| count(&hits.status, |v| v == s as u8);
-        let flag = |bit: u8| count(&hits.flags, |v| v & bit != 0);
-        let sum = |v: &[u32]| v.iter().map(|&n| u64::from(n)).sum::<u64>();
-        let evaluations = sum(&hits.steps);
+        let mut sums = Sums::default();
+        vectorise(Add { hits, sums: &mut sums });
         let steps = Counts::of(&hits.steps);
-        // A NaN compares false and is left out.
-        let witness = hits.witness.iter().fold(0.0, |most, w| if w.f64() > most { w.f64() } else { most });
+        let [misses, hit, out_of_steps, invalid] = sums.statuses;
+        let [inside, crossings, precision_limited] = sums.flags;
+        let (evaluations, witness) = (steps.sum(), sums.witness.f64());
         Self {
             rays: hits.status.len() as u64,
-            hits: status(Status::Hit),
-            misses: status(Status::Miss),
-            out_of_steps: status(Status::OutOfSteps),
-            invalid: status(Status::Invalid),
-            crossings: flag(FLAG_CROSSING),
-            precision_limited: flag(FLAG_PRECISION),
+            hits: hit,
+            misses,
+            out_of_steps,
+            invalid,
+            crossings,
+            precision_limited,
             threshold: hits.threshold.f64(),
-            inside: flag(FLAG_INSIDE),
+            inside,
             mean_steps: if steps.all == 0 { 0.0 } else { evaluations as f64 / steps.all as f64 },
             p50_steps: steps.percentile(50),
             p99_steps: steps.percentile(99),
             max_steps: steps.percentile(100),
-            fallbacks: sum(&hits.fallbacks),
+            fallbacks: sums.fallbacks,
             evaluations,
             node_evaluations: hits.work.node_evaluations,
             prune: hits.work.prune.name(),
@@ -125,9 +125,57 @@ pub fn active_rays(steps: &[u32]) -> Vec<u64> {
     active
 }
 
-fn count(values: &[u8], test: impl Fn(u8) -> bool) -> u64 {
-    values.iter().filter(|&&v| test(v)).count() as u64
+/// Everything that is a sum over all rays, or the most of them.
+#[derive(Default)]
+struct Sums<T> {
+    /// Rays by status, and by flag.
+    statuses: [u64; 4],
+    flags: [u64; 3],
+    fallbacks: u64,
+    witness: T,
 }
+
+/// One pass over all columns, some rays at a time.
+struct Add<'a, T> {
+    hits: &'a Hits<T>,
+    sums: &'a mut Sums<T>,
+}
+
+/// Rays at a time: as many as a byte counts.
+const RUN: usize = 255;
+
+impl<T: Scalar> Kernel for Add<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { hits, sums } = self;
+        for run in hits.status.chunks(RUN) {
+            for (sum, status) in sums.statuses.iter_mut().zip(0..) {
+                *sum += u64::from(run.iter().fold(0u8, |n, s| n + u8::from(*s == status)));
+            }
+        }
+        let loud = if hits.work.quiet { 0 } else { hits.flags.len() };
+        for run in hits.flags[..loud].chunks(RUN) {
+            // Hardly ever is one raised.
+            if run.iter().fold(0, |all, flags| all | flags) != 0 {
+                for (sum, bit) in sums.flags.iter_mut().zip([FLAG_INSIDE, FLAG_CROSSING, FLAG_PRECISION]) {
+                    *sum += u64::from(run.iter().fold(0u8, |n, flags| n + u8::from(flags & bit != 0)));
+                }
+            }
+        }
+        sums.fallbacks = hits.fallbacks[..loud].iter().map(|n| u64::from(*n)).sum();
+        // Side by side: one after the other each would wait for the last. A NaN compares false and is left out.
+        let mut most = [T::of(0.0); WIDTH];
+        for run in hits.witness.chunks(WIDTH) {
+            for (most, w) in most.iter_mut().zip(run) {
+                *most = if *w > *most { *w } else { *most };
+            }
+        }
+        sums.witness = most.into_iter().fold(T::of(0.0), Real::max);
+    }
+}
+
+/// Largest values kept side by side.
+const WIDTH: usize = 32;
 
 /// How often each count occurs: the first ones by number, what lies beyond sorted.
 struct Counts {
@@ -140,13 +188,26 @@ impl Counts {
     const LISTED: u32 = 1 << 12;
 
     fn of(values: &[u32]) -> Self {
-        let mut few = vec![0; Self::LISTED as usize];
+        // Four lists in turn: neighbours count alike, and a number just written is slow to be read.
+        let mut few = vec![[0; 4]; Self::LISTED as usize];
         let mut many = Vec::new();
-        for &v in values {
-            if v < Self::LISTED { few[v as usize] += 1 } else { many.push(v) }
+        for run in values.chunks(4) {
+            for (turn, v) in run.iter().enumerate() {
+                match few.get_mut(*v as usize) {
+                    Some(few) => few[turn] += 1,
+                    None => many.push(*v),
+                }
+            }
         }
         many.sort_unstable();
+        let few = few.iter().map(|turns| turns.iter().sum()).collect();
         Self { all: values.len() as u64, few, many }
+    }
+
+    /// Of all values.
+    fn sum(&self) -> u64 {
+        let few: u64 = self.few.iter().zip(0..).map(|(n, v)| n * v).sum();
+        few + self.many.iter().map(|v| u64::from(*v)).sum::<u64>()
     }
 
     /// Nearest-rank percentile; 0 of nothing.
