@@ -161,6 +161,12 @@ impl Batch {
         self.pruned(field, Prune::Off)
     }
 
+    /// As `pruned`, into new memory.
+    pub fn fresh(&self, field: &Program<f32>, prune: Prune) -> Totals {
+        *self.hits.lock().unwrap() = Hits::default();
+        self.pruned(field, prune)
+    }
+
     pub fn pruned(&self, field: &Program<f32>, prune: Prune) -> Totals {
         let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune };
         let tracer = Tracer::Basic { guards: true };

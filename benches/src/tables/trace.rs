@@ -221,7 +221,7 @@ pub fn parts() {
                 black_box(made);
             },
             &mut || {
-                black_box(batch.pruned(&program, PRUNE));
+                black_box(batch.fresh(&program, PRUNE));
             },
         ]);
         let beyond = 1.0 - rays / whole;

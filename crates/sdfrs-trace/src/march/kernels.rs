@@ -42,7 +42,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Jump<'_, T, R, S> {
             let reaches = asks & !T::Lanes::lt(s.t + s.r, from);
             let plain = asks & !reaches;
             let ask = T::Lanes::pick(reaches, to, T::Lanes::pick(plain, s.t + s.r, ask));
-            restart(s, plain, reaches, to);
+            restart::<T::Lanes, R>(s, plain, reaches, to);
             pack.rays.t = ask;
             let passed = (reaches & !T::Lanes::lt(to, t_max)).settled();
             if passed.any() {
@@ -110,7 +110,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
             // A longer step proves nothing of what it left out.
             let ask = T::Lanes::pick(asks, ask.min(s.t + s.r), ask);
             let anew = asks & !T::Lanes::lt(ask, from);
-            restart(s, asks, anew, ask);
+            restart::<T::Lanes, R>(s, asks, anew, ask);
             pack.rays.t = ask;
             *near = pack.rays.t.least();
         }
@@ -118,14 +118,15 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
 }
 
 /// Rays that have taken a sample between two depths, and ask for one beyond, stop at the second.
-pub struct Stop<'a, T: Native> {
+pub struct Stop<'a, T: Native, R> {
     pub swarm: &'a mut Swarm<T>,
+    pub rule: PhantomData<R>,
     pub picked: &'a [u32],
     pub from: T,
     pub to: T,
 }
 
-impl<T: Native> Kernel for Stop<'_, T> {
+impl<T: Native, R: Rule<T::Lanes>> Kernel for Stop<'_, T, R> {
     #[inline(always)]
     fn run(self) {
         let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
@@ -140,19 +141,22 @@ impl<T: Native> Kernel for Stop<'_, T> {
             let reached = (s.t + s.r).min(to);
             pack.rays.t = T::Lanes::pick(over, reached, ask);
             let anew = over & !T::Lanes::lt(reached, to);
-            restart(&mut pack.state, over, anew, to);
+            restart::<T::Lanes, R>(&mut pack.state, over, anew, to);
         }
     }
 }
 
 /// Where rays take the plain step, and where they start anew at a depth.
 #[inline(always)]
-fn restart<L: Lanes>(s: &mut State<L>, plain: L::Mask, anew: L::Mask, t: L) {
+fn restart<L: Lanes, R: Rule<L>>(s: &mut State<L>, plain: L::Mask, anew: L::Mask, t: L) {
     let zero = L::c(0.0);
-    s.z = L::pick(anew, zero, L::pick(plain, s.r, s.z));
+    // Other rules never look at these.
+    if R::LONGER {
+        s.z = L::pick(anew, zero, L::pick(plain, s.r, s.z));
+        s.m = L::pick(anew, L::c(-1.0), s.m);
+    }
     s.t = L::pick(anew, t, s.t);
     s.r = L::pick(anew, zero, s.r);
-    s.m = L::pick(anew, L::c(-1.0), s.m);
 }
 
 /// The lanes whose bits are set.
@@ -249,7 +253,8 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
         }
         *alive -= ends.ended;
         if let Some((from, to)) = self.span.known {
-            Stop { swarm: &mut *self.swarm, picked: self.picked, from, to }.run();
+            let (swarm, rule) = (&mut *self.swarm, PhantomData::<R>);
+            Stop { swarm, rule, picked: self.picked, from, to }.run();
         }
         // Not above: a sum over the lanes there would take the packs of the whole loop apart.
         let Swarm { packs, near, .. } = self.swarm;

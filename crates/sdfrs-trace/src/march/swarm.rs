@@ -229,8 +229,14 @@ impl<T: Native> Swarm<T> {
 
     /// The packs in which a ray asks for a sample before `until`.
     pub fn pick(&self, until: T, picked: &mut Vec<u32>) {
-        picked.clear();
-        picked.extend((0u32..).zip(&self.near).filter(|(_, near)| **near < until).map(|(i, _)| i));
+        picked.resize(self.near.len(), 0);
+        let mut n = 0;
+        // Without a branch that nobody could guess.
+        for (i, near) in (0..).zip(&self.near) {
+            picked[n] = i;
+            n += usize::from(*near < until);
+        }
+        picked.truncate(n);
     }
 
     /// Nothing lies from `from` to `to`: rays whose own ball reaches there and that ask for a sample before
