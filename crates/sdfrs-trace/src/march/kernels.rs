@@ -87,7 +87,7 @@ fn pass<T: Native, R: Rule<T::Lanes>>(
     passed.count_ones() as usize
 }
 
-/// Rays come to a stretch in which nothing is known but what is near.
+/// Rays come to a stretch with a field of its own: no step into it is one of this field.
 pub struct Enter<'a, T: Native, R> {
     pub swarm: &'a mut Swarm<T>,
     pub rule: PhantomData<R>,
@@ -113,35 +113,6 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Enter<'_, T, R> {
             restart::<T::Lanes, R>(s, asks, anew, ask);
             pack.rays.t = ask;
             *near = pack.rays.t.least();
-        }
-    }
-}
-
-/// Rays that have taken a sample between two depths, and ask for one beyond, stop at the second.
-pub struct Stop<'a, T: Native, R> {
-    pub swarm: &'a mut Swarm<T>,
-    pub rule: PhantomData<R>,
-    pub picked: &'a [u32],
-    pub from: T,
-    pub to: T,
-}
-
-impl<T: Native, R: Rule<T::Lanes>> Kernel for Stop<'_, T, R> {
-    #[inline(always)]
-    fn run(self) {
-        let (from, to) = (T::Lanes::splat(self.from), T::Lanes::splat(self.to));
-        let endless = T::Lanes::splat(T::INFINITY);
-        for &number in self.picked {
-            let pack = &mut self.swarm.packs[number as usize];
-            let ask = pack.rays.t;
-            let s = &pack.state;
-            let here = !T::Lanes::lt(s.t, from) & T::Lanes::lt(s.t, to);
-            let over = here & !T::Lanes::lt(ask, to) & T::Lanes::lt(ask, endless);
-            // A longer step proves nothing of what it left out.
-            let reached = (s.t + s.r).min(to);
-            pack.rays.t = T::Lanes::pick(over, reached, ask);
-            let anew = over & !T::Lanes::lt(reached, to);
-            restart::<T::Lanes, R>(&mut pack.state, over, anew, to);
         }
     }
 }
@@ -220,7 +191,8 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             Ends { limit: self.limit, max_steps: self.max_steps, feed: self.feed, sink: self.sink, ended: 0 };
         let Swarm { packs, alive, .. } = &mut *self.swarm;
         let until = T::Lanes::splat(self.span.until);
-        let edge = T::Lanes::splat(self.span.known.map_or(T::INFINITY, |(_, to)| to));
+        let endless = T::Lanes::splat(T::INFINITY);
+        let edge = T::Lanes::splat(self.span.edge);
         for (&number, (((x, y), z), r)) in self.picked.iter().zip(columns) {
             let pack = &mut packs[number as usize];
             let p = [T::Lanes::load(x), T::Lanes::load(y), T::Lanes::load(z)];
@@ -229,7 +201,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             let t_max = pack.rays.t_max;
             // A field that ends before the ray tells nothing of its end.
             let short = T::Lanes::lt(edge, t_max);
-            let end = T::Lanes::pick(short, T::Lanes::splat(T::INFINITY), t_max);
+            let end = T::Lanes::pick(short, endless, t_max);
             let verdict = step(self.rule, &mut pack.state, &samples, end, on);
             verdict.accepted.count(&mut pack.accepted);
             if R::LONGER {
@@ -238,7 +210,7 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             on.count(&mut pack.steps);
             let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
             let length = if R::LONGER { pack.state.z } else { pack.state.r };
-            pack.rays.t = T::Lanes::pick(on, (pack.state.t + length).min(t_max), samples.t);
+            pack.rays.t = T::Lanes::pick(on, (pack.state.t + length).min(t_max).min(edge), samples.t);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
             let ended = invalid | crossed | hit | far | spent;
             if ended.any() {
@@ -252,10 +224,6 @@ impl<T: Native, R: Rule<T::Lanes>, S: Sink<T>> Kernel for Step<'_, '_, T, R, S> 
             }
         }
         *alive -= ends.ended;
-        if let Some((from, to)) = self.span.known {
-            let (swarm, rule) = (&mut *self.swarm, PhantomData::<R>);
-            Stop { swarm, rule, picked: self.picked, from, to }.run();
-        }
         // Not above: a sum over the lanes there would take the packs of the whole loop apart.
         let Swarm { packs, near, .. } = self.swarm;
         for &number in self.picked {

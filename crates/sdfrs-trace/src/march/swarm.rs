@@ -121,16 +121,16 @@ impl<L: Lanes> Pack<L> {
     }
 }
 
-/// Which samples are taken: those before a depth; and between which depths a field counts that tells nothing of
-/// what lies beyond.
+/// Which samples are taken: those before a depth. And where their field ends, which tells nothing of what lies
+/// beyond: rays stop there.
 #[derive(Debug, Clone, Copy)]
 pub struct Span<T> {
     pub until: T,
-    pub known: Option<(T, T)>,
+    pub edge: T,
 }
 
 impl<T: Scalar> Span<T> {
-    pub const ALL: Self = Self { until: T::INFINITY, known: None };
+    pub const ALL: Self = Self { until: T::INFINITY, edge: T::INFINITY };
 }
 
 /// A surface that a safe step went through, to be refined when the others are done.
@@ -247,7 +247,8 @@ impl<T: Native> Swarm<T> {
         self.tidy();
     }
 
-    /// Rays that ask for a sample from `from` to `to` for the first time start anew there: the field is another one.
+    /// Rays that ask for a sample from `from` to `to` for the first time start anew there: the field is another one,
+    /// and no step from one to the other tells a slope.
     pub fn enter<R: Rule<T::Lanes>>(&mut self, from: T, to: T) {
         vectorise(Enter { swarm: self, rule: std::marker::PhantomData::<R>, from, to });
     }

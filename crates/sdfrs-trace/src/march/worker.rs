@@ -19,6 +19,9 @@ use crate::tracer::guarded::Rule;
 /// cheap and stay near.
 const PACKS: usize = 16;
 
+/// Where a cell begins that is none: the whole field.
+const EVERYWHERE: f64 = f64::NEG_INFINITY;
+
 /// What a worker keeps from tile to tile.
 pub struct Worker<T: Native> {
     swarms: Vec<Swarm<T>>,
@@ -159,7 +162,7 @@ impl<T: Native> Worker<T> {
         let Self { swarms, cells, samples, .. } = self;
         let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
         cells.begin_group(beam);
-        let mut inside = f64::NAN;
+        let (skip, mut inside) = (cells.skips(), f64::NAN);
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
             let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
@@ -170,18 +173,26 @@ impl<T: Native> Worker<T> {
                 }
                 Found::Cell(cell) if T::of(cell.to) > near => {
                     let (from, to) = (T::of(cell.from), T::of(cell.to));
-                    if inside != cell.from {
+                    if skip && inside != cell.from {
                         inside = cell.from;
-                        if cell.near {
-                            swarm.enter::<R>(from, to);
-                        }
+                        swarm.enter::<R>(from, to);
+                        // Some may have to take a shorter step first.
                         if !(swarm.nearest() >= from && swarm.nearest() < to) {
                             continue;
                         }
                     }
-                    (Span { until: to, known: cell.near.then_some((from, to)) }, cell.program)
+                    (Span { until: to, edge: if cell.near { to } else { T::INFINITY } }, cell.program)
                 }
-                _ => (Span::ALL, cells.whole(job.field)),
+                _ => {
+                    if skip && inside != EVERYWHERE {
+                        inside = EVERYWHERE;
+                        swarm.enter::<R>(near, T::INFINITY);
+                        if swarm.nearest() < near {
+                            continue;
+                        }
+                    }
+                    (Span::ALL, cells.whole(job.field))
+                }
             };
             let ops = field.ops();
             let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
