@@ -19,6 +19,18 @@ pub fn cpu() -> f64 {
     }
 }
 
+/// Memory that was asked for once stays with the process, as in one that makes picture after picture: otherwise the
+/// allocator's mood decides who pays for new pages.
+#[allow(unsafe_code)]
+pub fn keep_memory() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: two settings of the allocator, before any other thread runs.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 1 << 30);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, i32::MAX);
+    }
+}
+
 /// Least seconds (but for one of two hundred) that a run of each job takes; the jobs alternate, so that all see the same machine.
 pub fn minima<const N: usize>(seconds: f64, mut jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut times: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());

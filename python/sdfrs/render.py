@@ -86,7 +86,7 @@ def trace(
     `t_min` to `t_max` (numbers or (N,)); `max_steps` counts evaluations of the field; `precision` "f32" or "f64";
     `device` and `strict` as for `render`.
     `prune`: "exact" drops operands that cannot win in a cell and keeps every value and count, "skip" steps over
-    empty cells too (fewer steps, the same status), "off" does neither, "auto" is exact where it pays. A GPU prunes
+    empty cells and leaves out what a cell's rays cannot meet (the same status, other steps), "off" does neither, "auto" is exact where it pays. A GPU prunes
     along the rays of cameras, not those of a batch.
     Raises: SceneError for NaN, inf, directions off unit length by more than 1e-3, settings out of range;
     DeviceError for a device that this machine lacks.

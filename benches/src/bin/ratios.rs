@@ -25,6 +25,7 @@ const TABLES: &[(&str, fn())] = &[
 ];
 
 fn main() {
+    sdfrs_benches::clock::keep_memory();
     sdfrs_core::pool::set_threads(1);
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     if let Some(unknown) = wanted.iter().find(|w| TABLES.iter().all(|(name, _)| name != w)) {

@@ -5,7 +5,12 @@
 //! minimum is its smaller operand, to the bit, once they differ by its radius more. Values inside the
 //! ball keep their bits (law: crates/sdfrs-trace/tests/prune.rs), so steps and fallbacks do. Slopes come
 //! from [`Graph::known`]; operands without one are kept. Probes run in f32 whatever the trace's precision
-//! is: what they leave open is kept. Source: NUMERICS 2, EVALUATOR.md section 3.
+//! is: what they leave open is kept.
+//!
+//! Where only hits count, an operand of a union also goes if all its values in the ball are above the hit threshold:
+//! what is left has the field's bits up to the threshold and is nowhere below it, with the same slopes, so sphere
+//! tracing inside the ball ends at the same surfaces (same law). Spheres that miss the cylinder of a cell's rays go
+//! as well. Source: NUMERICS 2, EVALUATOR.md section 3.
 
 mod cell;
 mod part;

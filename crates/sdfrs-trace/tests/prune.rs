@@ -223,6 +223,9 @@ fn a_thousand_spheres_cost_a_few() {
     assert_eq!((a.work.prune, b.work.prune), (Prune::Off, Prune::Exact));
     let (all, left) = (a.work.node_evaluations, b.work.node_evaluations);
     assert!(left * 8 < all, "{left} of {all}");
+    // Most of what could win somewhere in a cell is met by none of its rays.
+    let c = trace::<f32>(&shape, &view, &tracer, Prune::Skip);
+    assert!(c.work.node_evaluations * 4 < left, "{} of {left}", c.work.node_evaluations);
     assert!(b.work.arena_bytes > 0 && b.work.arena_bytes < 1 << 24, "{} bytes", b.work.arena_bytes);
 }
 
@@ -247,6 +250,9 @@ fn crowd_is_walked<T: Native>(shape: &Shape, view: &Camera) {
         let c = trace::<T>(shape, view, tracer, Prune::Skip);
         let other = (0..a.t.len()).filter(|&i| a.status[i] != c.status[i]);
         assert!(other.into_iter().all(|i| grazes(&a, &c, i)));
+        let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && c.status[i] == 1);
+        let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - c.t[i]).f64().abs() > 2e-4);
+        assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());
         assert!(c.work.node_evaluations * 2 < a.work.node_evaluations);
         assert!(a.status.contains(&(Status::Hit as u8)) && a.status.contains(&(Status::Miss as u8)));
     }
