@@ -22,6 +22,8 @@ const SLACK: f64 = 1e-6;
 pub struct Beam {
     origin: [f64; 3],
     direction: [f64; 3],
+    /// The direction's unit vector.
+    axis: [f32; 3],
     /// Largest offset of an origin along the mean direction, and in all.
     along: f64,
     apart: f64,
@@ -58,7 +60,7 @@ impl Beam {
         });
         let t_max =
             (0..T::Lanes::WIDTH).map(|l| extent.t_max.lane(l).f64()).fold(f64::NEG_INFINITY, f64::max);
-        Some(Self { origin, direction, along, apart, bulge, spread, t_max })
+        Some(Self { origin, direction, axis: unit.map(|v| v as f32), along, apart, bulge, spread, t_max })
     }
 
     /// How wide the beam is at a depth.
@@ -73,17 +75,12 @@ impl Beam {
         let centre: [f64; 3] = array::from_fn(|a| self.origin[a] + middle * self.direction[a]);
         let along = self.along + half + far * self.bulge;
         let across = self.apart + far * self.spread;
-        let radius = along.hypot(across);
+        let radius = (along * along + across * across).sqrt();
         let centre32 = centre.map(|c| c as f32);
         // The centre as it is rounded, and points as any precision rounds them.
         let size = centre.iter().fold(radius, |s, c| s + c.abs());
         let noise = 8.0 * f64::from(f32::EPSILON) * size;
-        let length = dot(self.direction, self.direction).sqrt();
-        let rod = Rod {
-            axis: self.direction.map(|v| (v / length) as f32),
-            along: (along + noise) as f32,
-            across: (across + noise) as f32,
-        };
+        let rod = Rod { axis: self.axis, along: (along + noise) as f32, across: (across + noise) as f32 };
         Cell { centre: centre32, radius: (radius + noise) as f32, rod: Some(rod) }
     }
 
