@@ -10,11 +10,14 @@ use std::sync::Arc;
 use crate::{
     crowd::Crowd,
     grid::{Grid, Step},
-    lane::{Iv, root::EVERY},
+    lane::{Iv, opaque, root::EVERY},
     real::Real,
 };
 
+mod chain;
 mod kernel;
+
+pub use chain::chain;
 
 /// An operand as the Lipschitz rules see it: its own bound and its certified range.
 #[derive(Debug, Clone, Copy)]
@@ -54,14 +57,6 @@ pub trait Memory<R>: Copy {
     /// The slot must exist.
     #[allow(unsafe_code)]
     unsafe fn find(self, slot: u32) -> *mut R;
-}
-
-/// Nothing, but LLVM cannot know: it would turn a loop over packs into gathers across packs, 20 times slower.
-#[inline(always)]
-#[allow(unsafe_code)]
-pub(crate) fn opaque() {
-    // SAFETY: no instruction at all.
-    unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
 }
 
 /// One value a slot, side by side.
@@ -364,54 +359,5 @@ impl Op {
     /// Whether the op joins its second operand to the first: such instructions form chains.
     pub const fn joins(self) -> bool {
         matches!(self, Op::Min | Op::Max | Op::Smin | Op::Smax | Op::Cut)
-    }
-}
-
-/// A chain of joins: only the last one's value is stored, the others live in registers.
-///
-/// The ops are told apart by comparisons, not by a jump through a table: those are guessed better. Packs
-/// go by twos, written out, because an array of them would live in memory.
-///
-/// # Safety
-/// As for the functions of [`arm`]; all ops must join.
-#[inline(always)]
-#[allow(unsafe_code)]
-pub unsafe fn chain<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
-    let mut g = 0;
-    // SAFETY: passed on; `g` and `g + 1` are below `width`.
-    unsafe {
-        let (from, to) =
-            (slots.find(run.get_unchecked(0).a[0]), slots.find(run.get_unchecked(run.len() - 1).d));
-        while g < width {
-            let two = g + 1 < width;
-            let next = if two { g + 1 } else { g };
-            let (mut d, mut e) = (from.add(g).read_unaligned(), from.add(next).read_unaligned());
-            for ins in run {
-                let b = slots.find(ins.a[1]);
-                let (a, b) = (b.add(g).read_unaligned(), b.add(next).read_unaligned());
-                if ins.op == Op::Min {
-                    (d, e) = (d.min(a), e.min(b));
-                    opaque();
-                } else if ins.op == Op::Cut {
-                    (d, e) = (d.max(-a), e.max(-b));
-                    opaque();
-                } else if ins.op == Op::Max {
-                    (d, e) = (d.max(a), e.max(b));
-                    opaque();
-                } else {
-                    let k = R::splat(*t.consts.get_unchecked(ins.k as usize));
-                    if ins.op == Op::Smin {
-                        (d, e) = (kernel::smin(d, a, k), kernel::smin(e, b, k));
-                        opaque();
-                    } else {
-                        (d, e) = (-kernel::smin(-d, -a, k), -kernel::smin(-e, -b, k));
-                        opaque();
-                    }
-                }
-            }
-            to.add(next).write_unaligned(e);
-            to.add(g).write_unaligned(d);
-            g = next + 1;
-        }
     }
 }

@@ -5,7 +5,8 @@ use crate::{
     graph::INPUTS,
     isa::{Isa, best},
     lane::Dual,
-    op::{Ins, Op, Tables, opaque},
+    lane::opaque,
+    op::{Ins, Op, Tables},
     real::Real,
     tape::Tape,
 };

@@ -63,7 +63,7 @@ pub unsafe fn root(a: __m512d) -> __m512d {
         let (root, other) = (_mm512_fmadd_pd(d, low, g), _mm512_fmadd_pd(d, high, g));
         if _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(root, other) != 0 {
             // Not to be computed before it is known to be needed.
-            crate::op::opaque();
+            super::opaque();
             return _mm512_sqrt_pd(a);
         }
         root

@@ -76,6 +76,7 @@ macro_rules! by_lanes {
 #[allow(unsafe_code)]
 impl Real for Wide {
     type S = f64;
+    const ONLY_VALUES: bool = true;
     #[inline(always)]
     fn splat(s: f64) -> Self {
         Wide(unsafe { _mm512_set1_pd(s) })

@@ -190,11 +190,6 @@ impl<T: Native> Cells<T> {
         }
     }
 
-    /// Whether cells may be stepped over, and may have fields of their own.
-    pub fn skips(&self) -> bool {
-        self.skip
-    }
-
     /// Before anything else is asked.
     pub fn prepare(&mut self, pruner: &Pruner) {
         if pruner.has_crowds() && self.whole.is_none() {

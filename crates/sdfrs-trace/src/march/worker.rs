@@ -162,7 +162,8 @@ impl<T: Native> Worker<T> {
         let Self { swarms, cells, samples, .. } = self;
         let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
         cells.begin_group(beam);
-        let (skip, mut inside) = (cells.skips(), f64::NAN);
+        // Whether some cell had a field of its own: from then on none is stepped into from another.
+        let (mut parted, mut inside) = (false, f64::NAN);
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
             let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
@@ -173,7 +174,8 @@ impl<T: Native> Worker<T> {
                 }
                 Found::Cell(cell) if T::of(cell.to) > near => {
                     let (from, to) = (T::of(cell.from), T::of(cell.to));
-                    if skip && inside != cell.from {
+                    parted |= cell.near;
+                    if parted && inside != cell.from {
                         inside = cell.from;
                         swarm.enter::<R>(from, to);
                         // Some may have to take a shorter step first.
@@ -184,7 +186,7 @@ impl<T: Native> Worker<T> {
                     (Span { until: to, edge: if cell.near { to } else { T::INFINITY } }, cell.program)
                 }
                 _ => {
-                    if skip && inside != EVERYWHERE {
+                    if parted && inside != EVERYWHERE {
                         inside = EVERYWHERE;
                         swarm.enter::<R>(near, T::INFINITY);
                         if swarm.nearest() < near {
