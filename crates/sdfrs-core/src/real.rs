@@ -1,7 +1,8 @@
 //! The only arithmetic vocabulary: every op kernel is written once against [`Real`] and runs on
 //! scalars, packs of lanes, intervals and dual numbers.
 //!
-//! Law: no fused multiply-add anywhere (but inside a root that is rounded correctly, `lane/root.rs`); min and max are `if a < b {a} else {b}`.
+//! Law: no fused multiply-add anywhere (but inside a root that is rounded correctly, `lane/root.rs`); min
+//! and max are `if a < b {a} else {b}`.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -20,11 +20,24 @@ pub struct Rod {
 }
 
 impl Cell {
+    /// A ball around points as any precision rounds them; they and the centre come from numbers up to `size`. One
+    /// that is no number becomes infinite: in such a ball nothing is dropped.
+    pub fn ball(centre: [f64; 3], radius: f64, size: f64) -> Self {
+        let radius = radius + Self::noise(size);
+        let radius = if radius.is_finite() { radius as f32 } else { f32::INFINITY };
+        Self { centre: centre.map(|c| c as f32), radius, rod: None }
+    }
+
+    /// What rounding to f32 may add to a distance between numbers up to `size`.
+    pub fn noise(size: f64) -> f64 {
+        8.0 * f64::from(f32::EPSILON) * size
+    }
+
     /// Values above this are no hit in a cell that ends at the depth `far`: the threshold of a guarded hit,
     /// `max(eps, cone * t)` and what rounding adds to it.
     pub(super) fn threshold(&self, (eps, cone): (f64, f64), far: f64) -> f32 {
         let size = f64::from(self.centre.iter().fold(self.radius, |s, c| s.max(c.abs()))) + far;
-        up(eps.max(cone * far).max(8.0 * f64::from(f32::EPSILON) * size))
+        up(eps.max(cone * far).max(Self::noise(size)))
     }
 
     /// Whether a sphere may come nearer than `below` to the cylinder.

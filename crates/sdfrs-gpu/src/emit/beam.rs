@@ -75,8 +75,7 @@ impl Beam {
         let radius = (half + hi * self.bulge).hypot(self.apart + hi * self.spread);
         // Rays, points and the centre itself are rounded to f32 on their way.
         let size = radius + hi + self.origin.iter().map(|v| v.abs()).sum::<f64>();
-        let radius = radius + 8.0 * f64::from(f32::EPSILON) * size;
-        Cell { centre: centre.map(|c| c as f32), radius: radius as f32, rod: None }
+        Cell::ball(centre, radius, size)
     }
 }
 

@@ -76,12 +76,11 @@ impl Beam {
         let along = self.along + half + far * self.bulge;
         let across = self.apart + far * self.spread;
         let radius = (along * along + across * across).sqrt();
-        let centre32 = centre.map(|c| c as f32);
         // The centre as it is rounded, and points as any precision rounds them.
         let size = centre.iter().fold(radius, |s, c| s + c.abs());
-        let noise = 8.0 * f64::from(f32::EPSILON) * size;
+        let noise = Cell::noise(size);
         let rod = Rod { axis: self.axis, along: (along + noise) as f32, across: (across + noise) as f32 };
-        Cell { centre: centre32, radius: (radius + noise) as f32, rod: Some(rod) }
+        Cell { rod: Some(rod), ..Cell::ball(centre, radius, size) }
     }
 
     /// How far along the beam a ball of that radius around its axis at `t` clears all rays: the depth.

@@ -2,9 +2,10 @@
 //! groups, made as rays get there.
 //!
 //! Sixteen slabs are probed at a time. Under `Prune::Skip` a cell whose field is proven to stay above the
-//! hit threshold is stepped over, and what stays above it in a cell is left out there: values that are no hits may then
-//! be too large, so rays stop at the cell's end and start anew in the next (`march/worker.rs`). Everything is written over old memory, so a worker's arena stops
-//! growing after its first blocks. Law: crates/sdfrs-trace/tests/prune.rs.
+//! hit threshold is stepped over, and what stays above it in a cell is left out there: values that are no
+//! hits may then be too large, so rays stop at the cell's end and start anew in the next
+//! (`march/worker.rs`). Everything is written over old memory, so a worker's arena stops growing after its
+//! first blocks. Law: crates/sdfrs-trace/tests/prune.rs.
 
 use sdfrs_core::{
     Field,

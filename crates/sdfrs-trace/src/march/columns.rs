@@ -16,8 +16,6 @@ pub struct Columns<'a, T> {
     /// Rays whose surface has to be refined yet.
     pub crossings: Vec<Crossing<T>>,
     pub work: Work,
-    /// Whether no ray fell back or raised a flag.
-    pub quiet: bool,
 }
 
 /// A row's results side by side.
@@ -76,7 +74,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         if tally.flags != 0 {
             row.flags[k] = tally.flags;
         }
-        self.quiet &= tally.fallbacks == 0 && tally.flags == 0;
+        self.work.quiet &= tally.fallbacks == 0 && tally.flags == 0;
         self.threshold = Real::max(self.threshold, threshold);
     }
     #[inline(always)]
@@ -91,7 +89,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         row.witness[to.clone()].copy_from_slice(&passed.witness);
         if passed.fallbacks != [0; QUAD] {
             row.fallbacks[to].copy_from_slice(&passed.fallbacks);
-            self.quiet = false;
+            self.work.quiet = false;
         }
     }
     fn cross(&mut self, crossing: Crossing<T>) {
@@ -110,8 +108,7 @@ pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order) -> Vec<Columns
         rows: Vec::new(),
         threshold: T::of(0.0),
         crossings: Vec::new(),
-        work: Work::default(),
-        quiet: true,
+        work: Work { quiet: true, ..Work::default() },
     };
     let mut tiles: Vec<Columns<'a, T>> = (0..order.tiles()).map(tile).collect();
     order.pieces(|tile, n| {

@@ -283,7 +283,7 @@ impl<T: Native> Job<'_, T> {
             threshold = Real::max(threshold, out.threshold);
             work.join(&out.work);
         }
-        work.quiet = tiles.iter().all(|out| out.quiet);
+        work.quiet = tiles.iter().all(|out| out.work.quiet);
         drop(tiles);
         (hits.threshold, hits.work) = (threshold, work);
         order.restore(&mut hits);

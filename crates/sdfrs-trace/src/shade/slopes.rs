@@ -175,8 +175,6 @@ impl Bounds {
         }
         // The corner of the box is as far as any point; what rounding adds is that of `march`'s cells.
         let radius = f64::sqrt(square);
-        let radius = radius + 8.0 * f64::from(f32::EPSILON) * (size + radius);
-        let radius = if radius.is_finite() { radius as f32 } else { f32::INFINITY };
-        Cell { centre: centre.map(|c| c as f32), radius, rod: None }
+        Cell::ball(centre, radius, size + radius)
     }
 }
