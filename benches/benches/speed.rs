@@ -39,7 +39,7 @@ fn eval(c: &mut Criterion) {
 fn pictures(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
     let lines = trace::picture(512);
-    let batch = trace::Batch::new(&trace::rows(512), 512);
+    let batch = trace::Batch::picture(512);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
@@ -108,7 +108,7 @@ fn packets(_: &mut Criterion) {}
 
 fn growth(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
-    let batch = trace::Batch::new(&trace::rows(512), 512);
+    let batch = trace::Batch::picture(512);
     let mut group = c.benchmark_group("growth");
     group.sample_size(10);
     for n in [100, 1_000, 10_000, 100_000] {
@@ -119,7 +119,7 @@ fn growth(c: &mut Criterion) {
 }
 
 fn threads(c: &mut Criterion) {
-    let batch = trace::Batch::new(&trace::rows(512), 512);
+    let batch = trace::Batch::picture(512);
     let program = Program::<f32>::for_tracing(&scenes::csg().shape).unwrap();
     let mut group = c.benchmark_group("threads");
     group.sample_size(10);
@@ -134,7 +134,7 @@ fn parts(c: &mut Criterion) {
     sdfrs_core::pool::set_threads(1);
     let scene = scenes::csg();
     let camera = tables::trace::camera();
-    let batch = trace::Batch::new(&tables::trace::camera_lines(&camera), camera.width as usize);
+    let batch = trace::Batch::of(&tables::trace::camera_lines(&camera), camera.width as usize);
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let mut group = c.benchmark_group("parts");
     group.sample_size(10);

@@ -2,10 +2,14 @@
 
 use std::sync::Mutex;
 
-use sdfrs_core::{Control, Hits, Limits, Program, Prune, Status};
+use sdfrs_core::{
+    Control, Hits, Limits, Program, Prune, Real, Status,
+    eval::{Kernel, vectorise},
+    lane::Pack,
+};
 use sdfrs_trace::{
     Tracer,
-    march::{Ray, Source, trace_over},
+    march::{Bundle, Ray, Source, WIDEST, Wanted, trace_over},
 };
 
 use crate::{Scene, fidget_peer::Jit};
@@ -55,17 +59,13 @@ fn ray(side: usize, x: usize, y: usize) -> Line {
     let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
     let d = [u - 0.14, v - 0.28, -1.0];
     let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-    Line { o: [0.6, 1.2, 4.2], d: d.map(|v| v / n) }
+    Line { o: EYE, d: d.map(|v| v / n) }
 }
+const EYE: [f32; 3] = [0.6, 1.2, 4.2];
 
 /// All rays of a picture, tile by tile.
 pub fn picture(side: usize) -> Vec<Line> {
     nested(side, [TILE, TILE])
-}
-
-/// The same row by row, as the product takes pictures: it makes tiles of its own.
-pub fn rows(side: usize) -> Vec<Line> {
-    nested(side, [side, 1])
 }
 
 /// The same in tiles of tiles.
@@ -131,15 +131,76 @@ pub fn waves(jit: &mut Jit, lines: &[Line]) -> Totals {
     sum
 }
 
-/// The rays as the product takes them: a picture, row by row.
-pub struct Batch {
-    rays: Vec<Ray<f32>>,
-    width: usize,
+/// The rays as the product takes them: those of a picture, row by row.
+pub struct Batch<R = Eye> {
+    rays: R,
     /// The last picture's memory: the peers keep theirs as well, and write no results.
     hits: Mutex<Hits<f32>>,
 }
 
-impl Source<f32> for Batch {
+/// The camera of [`picture`], which makes its rays as they are needed; the peers get theirs made.
+pub struct Eye {
+    side: usize,
+}
+
+impl Source<f32> for Eye {
+    fn count(&self) -> usize {
+        self.side * self.side
+    }
+    fn ray(&self, i: usize) -> Ray<f32> {
+        infinite(&ray(self.side, i % self.side, i / self.side))
+    }
+    fn width(&self) -> Option<usize> {
+        Some(self.side)
+    }
+    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<Lanes>) {
+        vectorise(Rays { side: self.side, wanted, to });
+    }
+}
+
+type Lanes = Pack<f32, WIDEST>;
+
+/// A pack of an eye's rays. The bits of [`ray`].
+struct Rays<'a> {
+    side: usize,
+    wanted: &'a [Wanted],
+    to: &'a mut Bundle<Lanes>,
+}
+
+impl Kernel for Rays<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (mut x, mut y) = ([0u32; WIDEST], [0u32; WIDEST]);
+        let last = self.wanted.len() - 1;
+        for lane in 0..WIDEST {
+            let pixel = self.wanted[lane.min(last)];
+            (x[lane], y[lane]) = (pixel.x, pixel.y);
+        }
+        let (x, y) = (Pack(x.map(|x| x as f32)), Pack(y.map(|y| y as f32)));
+        let (half, side) = (Lanes::c(0.5), Lanes::splat(self.side as f32));
+        let (u, v) = ((x + half) / side - half, half - (y + half) / side);
+        let d = [u - Lanes::c(0.14), v - Lanes::c(0.28), Lanes::c(-1.0)];
+        let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        *self.to = Bundle {
+            origin: EYE.map(Lanes::splat),
+            direction: [d[0] / n, d[1] / n, d[2] / n],
+            t: Lanes::c(0.0),
+            t_max: Lanes::splat(T_MAX),
+        };
+    }
+}
+
+/// Rays as arrays hold them.
+pub struct Lines {
+    rays: Vec<Ray<f32>>,
+    width: usize,
+}
+
+fn infinite(l: &Line) -> Ray<f32> {
+    Ray { origin: l.o, direction: l.d, t_min: 0.0, t_max: T_MAX }
+}
+
+impl Source<f32> for Lines {
     fn count(&self) -> usize {
         self.rays.len()
     }
@@ -152,11 +213,20 @@ impl Source<f32> for Batch {
 }
 
 impl Batch {
-    pub fn new(lines: &[Line], width: usize) -> Self {
-        let ray = |l: &Line| Ray { origin: l.o, direction: l.d, t_min: 0.0, t_max: T_MAX };
-        Self { rays: lines.iter().map(ray).collect(), width, hits: Mutex::default() }
+    /// The rays of [`picture`].
+    pub fn picture(side: usize) -> Self {
+        Self { rays: Eye { side }, hits: Mutex::default() }
     }
+}
 
+impl Batch<Lines> {
+    /// Any rays, made beforehand.
+    pub fn of(lines: &[Line], width: usize) -> Self {
+        Self { rays: Lines { rays: lines.iter().map(infinite).collect(), width }, hits: Mutex::default() }
+    }
+}
+
+impl<R: Source<f32>> Batch<R> {
     pub fn trace(&self, field: &Program<f32>) -> Totals {
         self.pruned(field, Prune::Off)
     }
@@ -172,7 +242,7 @@ impl Batch {
         let tracer = Tracer::Basic { guards: true };
         let mut memory = self.hits.lock().unwrap();
         let old = std::mem::take(&mut *memory);
-        let hits = trace_over(field, &tracer, self, &limits, &Control::new(), old).unwrap();
+        let hits = trace_over(field, &tracer, &self.rays, &limits, &Control::new(), old).unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
         let totals = Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() };
         *memory = hits;

@@ -66,15 +66,15 @@ fn d_div_const(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz / c, 
 fn d_dot(x: vec4<f32>, y: vec4<f32>, z: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     return along(x, y, z, vec3<f32>(c.x, c.y, c.z), op_dot(x.w, y.w, z.w, c));
 }
-fn smin_slope(a: vec4<f32>, b: vec4<f32>, width: f32) -> vec3<f32> {
+fn smin_slope(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec3<f32> {
     let d = a.w - b.w;
-    let h = op_max(width - abs(d), 0.0) / width;
-    return select(b.xyz, a.xyz, a.w < b.w) + (a.xyz - b.xyz) * (0.5 * h * side_of(d));
+    let h = op_max(c.x - abs(d), 0.0) * c.y;
+    return select(b.xyz, a.xyz, a.w < b.w) + (a.xyz - b.xyz) * (2.0 * h * side_of(d));
 }
-fn d_smooth_min(a: vec4<f32>, b: vec4<f32>, c: f32) -> vec4<f32> {
+fn d_smooth_min(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(smin_slope(a, b, c), op_smooth_min(a.w, b.w, c));
 }
-fn d_smooth_max(a: vec4<f32>, b: vec4<f32>, c: f32) -> vec4<f32> {
+fn d_smooth_max(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(-smin_slope(-a, -b, c), op_smooth_max(a.w, b.w, c));
 }
 fn d_shell(a: vec4<f32>, c: f32) -> vec4<f32> { return vec4<f32>(a.xyz * side_of(a.w), op_shell(a.w, c)); }

@@ -40,13 +40,12 @@ fn op_dot(x: f32, y: f32, z: f32, c: vec4<f32>) -> f32 {
     return keep(keep(xy + keep(z * c.z)) + c.w);
 }
 fn clamped(x: f32, lo: f32, hi: f32) -> f32 { return op_min(op_max(x, lo), hi); }
-// Quadratic smooth minimum; 1-Lipschitz in (a, b).
-fn smin(a: f32, b: f32, width: f32) -> f32 {
-    let h = keep(op_max(keep(width - abs(keep(a - b))), 0.0) / width);
-    return keep(op_min(a, b) - keep(keep(keep(h * h) * width) * 0.25));
+// Quadratic smooth minimum; 1-Lipschitz in (a, b). `c` = its width, 1 / (4 width).
+fn op_smooth_min(a: f32, b: f32, c: vec4<f32>) -> f32 {
+    let h = op_max(keep(c.x - abs(keep(a - b))), 0.0);
+    return keep(op_min(a, b) - keep(keep(h * c.y) * h));
 }
-fn op_smooth_min(a: f32, b: f32, c: f32) -> f32 { return smin(a, b, c); }
-fn op_smooth_max(a: f32, b: f32, c: f32) -> f32 { return -smin(-a, -b, c); }
+fn op_smooth_max(a: f32, b: f32, c: vec4<f32>) -> f32 { return -op_smooth_min(-a, -b, c); }
 fn op_shell(a: f32, c: f32) -> f32 { return keep(abs(a) - c); }
 fn op_elongate(x: f32, c: f32) -> f32 { return keep(x - clamped(x, -c, c)); }
 fn op_elongate_inside(x: f32, y: f32, z: f32, c: vec4<f32>) -> f32 {

@@ -30,7 +30,7 @@ pub fn peers() {
     println!("|---|---|---|---|---|---|---|---|---|");
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
-    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    let batch = trace::Batch::picture(SIDE);
     for (scene, least) in [(scenes::csg(), 10.0), (scenes::spheres(1000), 100.0)] {
         let skips = least > 10.0;
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
@@ -75,7 +75,7 @@ pub fn pruned() {
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
     let nested = trace::nested(SIDE, TILES);
-    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    let batch = trace::Batch::picture(SIDE);
     for (scene, bars) in [
         (scenes::csg(), [None, Some(2.0), None]),
         (scenes::spheres(1000), [Some(8.0), Some(12.0), Some(12.0)]),
@@ -133,7 +133,7 @@ pub fn packets() {
     }
     const SIDE: usize = 512;
     let lines = trace::picture(SIDE);
-    let (batch, rays) = (trace::Batch::new(&trace::rows(SIDE), SIDE), packet::Rays::new(&lines));
+    let (batch, rays) = (trace::Batch::picture(SIDE), packet::Rays::new(&lines));
     let scene = scenes::csg();
     let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
     let (a, b) = (trace::scalar(&scene, &lines), packet::trace(&rays));
@@ -160,7 +160,7 @@ pub fn packets() {
 pub fn growth() {
     const SIDE: usize = 512;
     println!("| spheres, {SIDE}x{SIDE} | skip, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
-    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    let batch = trace::Batch::picture(SIDE);
     let mut thousand = f64::NAN;
     let mut rows = Vec::new();
     for n in [100, 1_000, 10_000, 100_000] {
@@ -182,7 +182,7 @@ pub fn growth() {
 pub fn threads() {
     println!("| scene, 512x512 | one thread, ms | two | one / two | bar |\n|---|---|---|---|---|");
     const SIDE: usize = 512;
-    let batch = trace::Batch::new(&trace::rows(SIDE), SIDE);
+    let batch = trace::Batch::picture(SIDE);
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut best = [f64::INFINITY; 2];
@@ -211,7 +211,7 @@ pub fn parts() {
     for scene in [scenes::csg(), scenes::spheres(1000)] {
         let Scene { shape, name, .. } = &scene;
         let lines = camera_lines(&camera);
-        let batch = trace::Batch::new(&lines, camera.width as usize);
+        let batch = trace::Batch::of(&lines, camera.width as usize);
         let program = Program::<f32>::for_tracing(shape).unwrap();
         let mut shading = f64::INFINITY;
         let [whole, rays] = milliseconds([

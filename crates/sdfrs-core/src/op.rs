@@ -291,8 +291,8 @@ ops! {
         MulC "mul_const" (a) [c] => a * c;
         DivC "div_const" (a) [c] => a / c;
         Dot "dot" (x, y, z) [a, b, c, d] => x * a + y * b + z * c + d;
-        Smin "smooth_min" (a, b) [k] => kernel::smin(a, b, k);
-        Smax "smooth_max" (a, b) [k] => -kernel::smin(-a, -b, k);
+        Smin "smooth_min" (a, b) [k, inv] => kernel::smin(a, b, k, inv);
+        Smax "smooth_max" (a, b) [k, inv] => -kernel::smin(-a, -b, k, inv);
         Shell "shell" (a) [half] => a.abs() - half;
         Elongate "elongate" (x) [h] => x - x.clamp(-h, h);
         ElongateInside "elongate_inside" (x, y, z) [hx, hy, hz] => (x.abs() - hx).max((y.abs() - hy).max(z.abs() - hz)).min(R::c(0.0));

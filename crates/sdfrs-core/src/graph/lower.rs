@@ -26,6 +26,11 @@ enum Task<'a> {
     Bound(f64, u32),
 }
 
+/// A blend's constants: its width, and 1 / 4k as far as f32 goes.
+fn blend(k: f64) -> [f64; 2] {
+    [k, (0.25 / k).min(1e38)]
+}
+
 struct Lower<'a, 'g> {
     graph: &'g mut Graph,
     frames: Frames,
@@ -213,14 +218,14 @@ impl<'a> Lower<'a, '_> {
             Kind::Union { k } if *k == 0.0 => self.least(v),
             Kind::Repeat { .. } => self.least(v),
             Kind::Intersection { k } if *k == 0.0 => self.fold(Op::Max, v, &[]),
-            Kind::Union { k } => self.fold(Op::Smin, v, &[*k]),
-            Kind::Intersection { k } => self.fold(Op::Smax, v, &[*k]),
+            Kind::Union { k } => self.fold(Op::Smin, v, &blend(*k)),
+            Kind::Intersection { k } => self.fold(Op::Smax, v, &blend(*k)),
             Kind::Difference { k } => {
                 let rest = self.graph.emit(Op::Neg, &[v[1]], &[])?;
                 if *k == 0.0 {
                     self.graph.emit(Op::Max, &[v[0], rest], &[])
                 } else {
-                    self.graph.emit(Op::Smax, &[v[0], rest], &[*k])
+                    self.graph.emit(Op::Smax, &[v[0], rest], &blend(*k))
                 }
             }
             Kind::Negate {} => self.graph.emit(Op::Neg, v, &[]),

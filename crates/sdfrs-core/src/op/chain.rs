@@ -38,11 +38,12 @@ pub unsafe fn chain<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t
                     opaque();
                 } else {
                     let k = R::splat(*t.consts.get_unchecked(ins.k as usize));
+                    let inv = R::splat(*t.consts.get_unchecked(ins.k as usize + 1));
                     if ins.op == Op::Smin {
-                        (d, e) = (kernel::smin(d, a, k), kernel::smin(e, b, k));
+                        (d, e) = (kernel::smin(d, a, k, inv), kernel::smin(e, b, k, inv));
                         opaque();
                     } else {
-                        (d, e) = (-kernel::smin(-d, -a, k), -kernel::smin(-e, -b, k));
+                        (d, e) = (-kernel::smin(-d, -a, k, inv), -kernel::smin(-e, -b, k, inv));
                         opaque();
                     }
                 }

@@ -26,11 +26,12 @@ pub fn acos<R: Real>(x: R) -> R {
     ((R::c(1.0) - x) * (R::c(1.0) + x)).sqrt().atan2(x)
 }
 
-/// Quadratic smooth minimum: `min(a, b) - h^2 k / 4`, `h = max(k - |a - b|, 0) / k`; 1-Lipschitz in (a, b).
+/// Quadratic smooth minimum: `min(a, b) - h^2 / 4k`, `h = max(k - |a - b|, 0)`; 1-Lipschitz in (a, b). `inv` = 1 / 4k.
 #[inline(always)]
-pub fn smin<R: Real>(a: R, b: R, k: R) -> R {
-    let h = (k - (a - b).abs()).max(R::c(0.0)) / k;
-    a.min(b) - h * h * k * R::c(0.25)
+pub fn smin<R: Real>(a: R, b: R, k: R, inv: R) -> R {
+    let h = (k - (a - b).abs()).max(R::c(0.0));
+    // In this order nothing underflows: the first product is at most 1/4.
+    a.min(b) - h * inv * h
 }
 
 /// Coordinate within the nearest cell (`off` = 0), or the next cell on the point's side (`off` = 1, 2, ..)

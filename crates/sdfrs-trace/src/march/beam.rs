@@ -130,7 +130,7 @@ impl<T: Native> Kernel for Grow<'_, T> {
     fn run(self) {
         let Extent { lo, hi, t_max } = self.to;
         for swarm in self.swarms {
-            for pack in &swarm.packs {
+            for pack in swarm.packs() {
                 for a in 0..3 {
                     lo[0][a] = lo[0][a].min(pack.rays.origin[a]);
                     hi[0][a] = hi[0][a].max(pack.rays.origin[a]);
@@ -157,7 +157,7 @@ impl<T: Native> Kernel for Reach<'_, T> {
         let unit =
             [T::Lanes::splat(self.unit[0]), T::Lanes::splat(self.unit[1]), T::Lanes::splat(self.unit[2])];
         for swarm in self.swarms {
-            for pack in &swarm.packs {
+            for pack in swarm.packs() {
                 for (which, v) in [&pack.rays.origin, &pack.rays.direction].into_iter().enumerate() {
                     let middle = self.middle[which];
                     let x = v[0] - T::Lanes::splat(middle[0]);
@@ -204,7 +204,7 @@ mod tests {
         }
         let wanted: Vec<Wanted> = (0..300).map(|x| Wanted { x, y: 0, place: x }).collect();
         let mut swarm = Swarm::default();
-        swarm.fill(&mut Feed::new(&fan, &wanted), usize::MAX);
+        swarm.fill::<Basic>(&mut Feed::new(&fan, &wanted), usize::MAX);
         (fan, swarm)
     }
 

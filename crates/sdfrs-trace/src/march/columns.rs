@@ -4,9 +4,8 @@ use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
 
 use super::{
     order::Order,
-    swarm::{Crossing, Passed, QUAD, Sink},
+    swarm::{Crossing, End, Passed, QUAD, Sink},
 };
-use crate::tracer::walk::Tally;
 
 /// The part of all hits that belongs to one tile: pieces of rows.
 pub struct Columns<'a, T> {
@@ -52,7 +51,6 @@ impl<T: Scalar> Columns<'_, T> {
     /// Forgets what is not written for every ray.
     pub fn clear(&mut self) {
         for row in &mut self.rows {
-            row.status.fill(0);
             row.flags.fill(0);
             row.fallbacks.fill(0);
         }
@@ -60,30 +58,27 @@ impl<T: Scalar> Columns<'_, T> {
 }
 
 impl<T: Scalar> Sink<T> for Columns<'_, T> {
-    #[inline]
-    fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T) {
+    #[inline(always)]
+    fn end(&mut self, place: u32, end: &End<T>) {
         let (row, k) = self.at(place);
-        row.t[k] = if status == Status::Miss { T::INFINITY } else { tally.t };
-        row.status[k] = status as u8;
-        row.steps[k] = tally.steps;
-        (row.multiplier[k], row.distance[k], row.witness[k]) = (tally.multiplier(), tally.r, tally.witness);
+        (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status, end.steps);
+        (row.multiplier[k], row.distance[k], row.witness[k]) = (end.multiplier, end.r, end.witness);
         // A page that nobody writes to costs nothing, and is zero.
-        if tally.fallbacks != 0 {
-            row.fallbacks[k] = tally.fallbacks;
+        if end.fallbacks != 0 {
+            row.fallbacks[k] = end.fallbacks;
         }
-        if tally.flags != 0 {
-            row.flags[k] = tally.flags;
+        if end.flags != 0 {
+            row.flags[k] = end.flags;
         }
-        self.work.quiet &= tally.fallbacks == 0 && tally.flags == 0;
-        self.threshold = Real::max(self.threshold, threshold);
+        self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
     }
     #[inline(always)]
     fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>) {
         let (row, k) = self.at(places[0]);
         let to = k..k + QUAD;
-        // A blank result says "miss" already.
         row.t[to.clone()].fill(T::INFINITY);
         row.distance[to.clone()].fill(T::INFINITY);
+        row.status[to.clone()].fill(Status::Miss as u8);
         row.steps[to.clone()].copy_from_slice(&passed.steps);
         row.multiplier[to.clone()].copy_from_slice(&passed.multiplier);
         row.witness[to.clone()].copy_from_slice(&passed.witness);
@@ -91,6 +86,10 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
             row.fallbacks[to].copy_from_slice(&passed.fallbacks);
             self.work.quiet = false;
         }
+    }
+    #[inline]
+    fn hit(&mut self, threshold: T) {
+        self.threshold = Real::max(self.threshold, threshold);
     }
     fn cross(&mut self, crossing: Crossing<T>) {
         self.crossings.push(crossing);

@@ -90,20 +90,28 @@ impl<'a, T: Native> Feed<'a, T> {
         n
     }
 
-    /// The next ray into a lane; false if none waits.
-    #[inline]
-    pub fn next(&mut self, mut enter: impl FnMut(&Bundle<T::Lanes>, usize, u32)) -> bool {
+    /// The next ray: its lane of the bundle, and its place; none if none waits.
+    #[inline(always)]
+    pub fn next(&mut self) -> Option<(usize, u32)> {
         if self.used == self.made {
-            (self.used, self.made) = (0, make(self.rays, &self.order[self.at..], &mut self.bundle));
-            self.at += self.made;
+            self.more();
             if self.made == 0 {
-                return false;
+                return None;
             }
         }
-        let place = self.order[self.at - self.made + self.used].place;
-        enter(&self.bundle, self.used, place);
+        let which = self.used;
         self.used += 1;
-        true
+        Some((which, self.order[self.at - self.made + which].place))
+    }
+
+    #[inline(never)]
+    fn more(&mut self) {
+        (self.used, self.made) = (0, make(self.rays, &self.order[self.at..], &mut self.bundle));
+        self.at += self.made;
+    }
+
+    pub fn bundle(&self) -> &Bundle<T::Lanes> {
+        &self.bundle
     }
 }
 

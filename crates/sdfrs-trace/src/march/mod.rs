@@ -9,6 +9,7 @@
 mod beam;
 mod cells;
 mod columns;
+mod ends;
 mod feed;
 mod kernels;
 mod order;
@@ -256,6 +257,7 @@ impl<T: Native> Job<'_, T> {
         let memories = Mutex::new(Vec::new());
         let mut hits = std::mem::take(&mut *lock(&self.old));
         let used = hits.t.len() == self.rays.count();
+        let loud = used && !hits.work.quiet;
         if !used {
             hits = Hits::blank(self.rays.count());
         }
@@ -265,7 +267,7 @@ impl<T: Native> Job<'_, T> {
                 if !self.control.is_cancelled() {
                     let free = lock(&memories).pop();
                     let mut own = free.unwrap_or_else(&memory);
-                    if used {
+                    if loud {
                         out.clear();
                     }
                     run(&mut own, tile, out);

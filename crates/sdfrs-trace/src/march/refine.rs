@@ -6,7 +6,7 @@ use sdfrs_core::{Field, Scratch, Status, eval::Native};
 
 use super::{
     Threshold,
-    swarm::{Crossing, Sink},
+    swarm::{Crossing, End, Sink},
 };
 
 /// Refines every crossing; each evaluation is a step of its ray. Gives their number.
@@ -22,7 +22,8 @@ pub fn refine<T: Native>(
         let guess = c.bracket.guess().filter(|_| narrowed && !c.tally.spent());
         if guess.is_none() {
             (c.tally.t, c.tally.r) = c.bracket.outer();
-            sink.end(c.place, Status::Hit, &c.tally, c.e);
+            sink.end(c.place, &End::of(Status::Hit, &c.tally));
+            sink.hit(c.e);
         }
         guess
     };

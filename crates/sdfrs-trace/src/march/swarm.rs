@@ -12,8 +12,9 @@ use sdfrs_core::{
 
 use super::{
     Threshold,
+    ends::{Ends, pass},
     feed::{Bundle, Feed},
-    kernels::{Enter, Jump, Points, Step},
+    kernels::{Enter, Jump, Note, Points, Step},
 };
 use crate::tracer::{
     guarded::{Bracket, Rule, State},
@@ -34,24 +35,33 @@ pub struct Pack<L> {
     pub accepted: [u32; WIDEST],
     /// Where the result goes.
     pub place: [u32; WIDEST],
+    /// How rays have ended with the last sample ([`super::kernels::code`]), and which, by a bit a lane.
+    pub end: L,
+    pub ended: u32,
 }
 
 impl<L: Lanes> Pack<L> {
     /// Nobody.
     fn blank() -> Self {
         let (rays, none) = (Bundle::blank(), [0; WIDEST]);
-        let state = State::start(rays.t);
-        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none }
+        let (state, end) = (State::start(rays.t), rays.t);
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, ended: 0 }
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
-    fn begin(&mut self, feed: &mut Feed<L::S>) -> usize
+    fn begin<R: Rule<L>>(&mut self, feed: &mut Feed<L::S>) -> usize
     where
         L::S: Native<Lanes = L>,
     {
         let n = feed.pack(&mut self.rays, &mut self.place);
-        self.state = State::start(self.rays.t);
-        (self.steps, self.fallbacks, self.accepted) = ([0; WIDEST], [0; WIDEST], [0; WIDEST]);
+        let zero = L::c(0.0);
+        (self.state.t, self.state.r, self.state.witness) = (self.rays.t, zero, zero);
+        // Other rules never look at these.
+        if R::LONGER {
+            self.state = State::start(self.rays.t);
+            (self.fallbacks, self.accepted) = ([0; WIDEST], [0; WIDEST]);
+        }
+        self.steps = [0; WIDEST];
         (n..L::WIDTH).for_each(|lane| self.free(lane));
         n
     }
@@ -60,7 +70,7 @@ impl<L: Lanes> Pack<L> {
         self.rays.t.lane(lane) == L::S::INFINITY
     }
 
-    fn free(&mut self, lane: usize) {
+    pub fn free(&mut self, lane: usize) {
         self.rays.t.set(lane, L::S::INFINITY);
     }
 
@@ -77,9 +87,9 @@ impl<L: Lanes> Pack<L> {
             state.z.set(lane, zero);
             state.m.set(lane, L::S::of(-1.0));
             state.ratios.set(lane, zero);
-            self.fallbacks[lane] = 0;
+            (self.fallbacks[lane], self.accepted[lane]) = (0, 0);
         }
-        (self.steps[lane], self.accepted[lane], self.place[lane]) = (0, 0, place);
+        (self.steps[lane], self.place[lane]) = (0, place);
     }
 
     /// Another pack's ray goes on in a lane of this one.
@@ -106,18 +116,24 @@ impl<L: Lanes> Pack<L> {
 
     /// What the ray in a lane has come to.
     pub fn tally<R: Rule<L>>(&self, lane: usize) -> Tally<L::S> {
-        let accepted = self.accepted[lane];
+        let one = L::S::of(1.0);
         Tally {
             steps: self.steps[lane],
             max_steps: 0,
-            fallbacks: self.fallbacks[lane],
-            accepted,
-            ratios: if R::LONGER { self.state.ratios.lane(lane) } else { L::S::of(accepted.into()) },
+            fallbacks: if R::LONGER { self.fallbacks[lane] } else { 0 },
+            accepted: if R::LONGER { self.accepted[lane] } else { 1 },
+            ratios: if R::LONGER { self.state.ratios.lane(lane) } else { one },
             t: self.state.t.lane(lane),
             r: self.state.r.lane(lane),
             witness: self.state.witness.lane(lane),
             flags: 0,
         }
+    }
+
+    /// The same as a result; whoever asks knows its status.
+    #[inline(always)]
+    pub fn result<R: Rule<L>>(&self, lane: usize) -> End<L::S> {
+        End::of(Status::Miss, &self.tally::<R>(lane))
     }
 }
 
@@ -155,25 +171,50 @@ pub struct Passed<T> {
     pub witness: [T; QUAD],
 }
 
+/// What a ray has come to.
+pub struct End<T> {
+    pub t: T,
+    pub r: T,
+    pub witness: T,
+    pub multiplier: T,
+    pub steps: u32,
+    pub fallbacks: u32,
+    pub status: u8,
+    pub flags: u8,
+}
+
+impl<T: Scalar> End<T> {
+    #[inline(always)]
+    pub fn of(status: Status, tally: &Tally<T>) -> Self {
+        let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
+        let multiplier = tally.multiplier();
+        Self { t, r, witness, multiplier, steps, fallbacks, status: status as u8, flags }
+    }
+}
+
 /// Where ended rays go.
 pub trait Sink<T> {
     /// Rays with places side by side have met nothing.
     fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>);
-    fn end(&mut self, place: u32, status: Status, tally: &Tally<T>, threshold: T);
+    fn end(&mut self, place: u32, end: &End<T>);
+    /// A threshold that decided a hit.
+    fn hit(&mut self, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);
 }
 
 /// Rays under way.
 pub struct Swarm<T: Native> {
-    pub packs: Vec<Pack<T::Lanes>>,
-    /// The nearest sample asked for in each pack.
-    pub(super) near: Vec<T>,
-    pub(super) alive: usize,
+    /// The first `used` of them.
+    packs: Vec<Pack<T::Lanes>>,
+    used: usize,
+    /// The nearest sample asked for in each pack, where somebody wants to know.
+    near: Vec<T>,
+    alive: usize,
 }
 
 impl<T: Native> Default for Swarm<T> {
     fn default() -> Self {
-        Self { packs: Vec::new(), near: Vec::new(), alive: 0 }
+        Self { packs: Vec::new(), used: 0, near: Vec::new(), alive: 0 }
     }
 }
 
@@ -181,15 +222,15 @@ impl<T: Native> Swarm<T> {
     pub const WIDTH: usize = T::Lanes::WIDTH;
 
     /// Rays from the queue, in so many packs at most.
-    pub fn fill(&mut self, feed: &mut Feed<T>, packs: usize) {
-        let packs = packs.min(feed.waiting().div_ceil(Self::WIDTH));
-        self.packs.resize_with(packs, Pack::blank);
+    pub fn fill<R: Rule<T::Lanes>>(&mut self, feed: &mut Feed<T>, packs: usize) {
+        self.used = packs.min(feed.waiting().div_ceil(Self::WIDTH));
+        self.packs.resize_with(self.packs.len().max(self.used), Pack::blank);
         self.near.clear();
-        self.alive = 0;
-        for pack in &mut self.packs {
-            self.alive += pack.begin(feed);
-            self.near.push(pack.rays.t.least());
-        }
+        self.alive = self.packs[..self.used].iter_mut().map(|pack| pack.begin::<R>(feed)).sum();
+    }
+
+    pub fn packs(&self) -> &[Pack<T::Lanes>] {
+        &self.packs[..self.used]
     }
 
     pub fn alive(&self) -> usize {
@@ -201,7 +242,7 @@ impl<T: Native> Swarm<T> {
         for p in p.iter_mut() {
             p.resize(p.len().max(picked.len() * Self::WIDTH), T::of(0.0));
         }
-        vectorise(Points { swarm: self, picked, until, p });
+        vectorise(Points { packs: &self.packs, picked, until, p });
     }
 
     /// Takes the field at those points in, for rays that ask for a sample of the span; ended rays go to the sink,
@@ -218,8 +259,24 @@ impl<T: Native> Swarm<T> {
         feed: &mut Feed<T>,
         sink: &mut impl Sink<T>,
     ) {
-        vectorise(Step { swarm: self, rule, limit, max_steps, picked, p, r, span, feed, sink });
-        self.tidy();
+        let (packs, mut threshold) = (&mut self.packs[..], T::of(0.0));
+        let to = &mut threshold;
+        vectorise(Step { packs, rule, limit, max_steps, picked, p, r, span, threshold: to });
+        sink.hit(threshold);
+        let free = Ends { limit, max_steps, p, r, feed, sink }.take::<R>(&mut self.packs, picked);
+        self.leave(free);
+    }
+
+    /// Looks for the nearest samples again that packs ask for, at least of those that were picked.
+    pub fn note(&mut self, picked: &[u32]) {
+        let Self { packs, used, near, .. } = self;
+        if near.len() == *used {
+            let which = picked.iter().map(|number| *number as usize);
+            return vectorise(Note { packs, which, near });
+        }
+        // Ranks have been closed since, or there is none yet.
+        near.resize(*used, T::INFINITY);
+        vectorise(Note { packs, which: 0..*used, near });
     }
 
     /// The nearest sample asked for; infinite where no ray is under way.
@@ -242,28 +299,36 @@ impl<T: Native> Swarm<T> {
     /// Nothing lies from `from` to `to`: rays whose own ball reaches there and that ask for a sample before
     /// its end start anew at the end. A longer step tried into it proves nothing of what it left out: such
     /// rays take the plain step first.
-    pub fn jump<R: Rule<T::Lanes>>(&mut self, from: T, to: T, sink: &mut impl Sink<T>) {
-        vectorise(Jump { swarm: self, rule: std::marker::PhantomData::<R>, from, to, sink });
-        self.tidy();
+    pub fn jump<R: Rule<T::Lanes>>(&mut self, (from, to): (T, T), picked: &mut Vec<u32>, sink: &mut impl Sink<T>) {
+        self.pick(to, picked);
+        let rule = std::marker::PhantomData::<R>;
+        vectorise(Jump { packs: &mut self.packs, rule, picked, from, to });
+        let free = pass::<T, R>(&mut self.packs, picked, sink);
+        self.leave(free);
+        self.note(picked);
     }
 
     /// Rays that ask for a sample from `from` to `to` for the first time start anew there: the field is another one,
     /// and no step from one to the other tells a slope.
-    pub fn enter<R: Rule<T::Lanes>>(&mut self, from: T, to: T) {
-        vectorise(Enter { swarm: self, rule: std::marker::PhantomData::<R>, from, to });
+    pub fn enter<R: Rule<T::Lanes>>(&mut self, (from, to): (T, T), picked: &mut Vec<u32>) {
+        self.pick(to, picked);
+        let rule = std::marker::PhantomData::<R>;
+        vectorise(Enter { packs: &mut self.packs, rule, picked, from, to });
+        self.note(picked);
     }
 
-    /// Closes the ranks once a quarter of the lanes is free.
-    fn tidy(&mut self) {
-        if self.alive * 4 < self.packs.len() * Self::WIDTH * 3 {
-            self.close_ranks();
+    /// So many rays are gone. Closes the ranks once a quarter of the lanes is free.
+    fn leave(&mut self, free: usize) {
+        self.alive -= free;
+        let kept = self.alive.div_ceil(Self::WIDTH);
+        if kept < self.used && self.alive * 4 < self.used * Self::WIDTH * 3 {
+            self.close_ranks(kept);
         }
     }
 
     /// The last rays move into the free lanes of the first packs.
-    fn close_ranks(&mut self) {
-        let kept = self.alive.div_ceil(Self::WIDTH);
-        let (front, back) = self.packs.split_at_mut(kept);
+    fn close_ranks(&mut self, kept: usize) {
+        let (front, back) = self.packs[..self.used].split_at_mut(kept);
         let mut gaps = (0..kept * Self::WIDTH).map(|i| (i / Self::WIDTH, i % Self::WIDTH));
         for from in back.iter().rev() {
             for which in (0..Self::WIDTH).filter(|which| !from.is_free(*which)) {
@@ -273,8 +338,6 @@ impl<T: Native> Swarm<T> {
                 }
             }
         }
-        self.packs.truncate(kept);
-        self.near.clear();
-        self.near.extend(self.packs.iter().map(|pack| pack.rays.t.least()));
+        self.used = kept;
     }
 }

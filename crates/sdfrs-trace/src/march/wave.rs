@@ -2,7 +2,7 @@
 
 use sdfrs_core::{Limits, Scalar, Scratch, Status, eval::Native};
 
-use super::{Job, Ray, TILE, columns::Columns, swarm::Sink};
+use super::{Job, Ray, TILE, columns::Columns, swarm::{End, Sink}};
 use crate::tracer::walk::{Next, Range, Sample, Tally, Walk};
 
 /// A worker's memory for a tile of rays.
@@ -63,8 +63,13 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
                         kept += 1;
                     }
                     Next::Done(status) => {
-                        let threshold = if status == Status::Hit { s.e } else { T::of(0.0) };
-                        out.end(k as u32, status, tally, threshold);
+                        let mut end = End::of(status, tally);
+                        match status {
+                            Status::Hit => out.hit(s.e),
+                            Status::Miss => end.t = T::INFINITY,
+                            _ => {}
+                        }
+                        out.end(k as u32, &end);
                     }
                 }
             }

@@ -41,7 +41,7 @@ struct Samples<T: Native> {
 }
 
 impl<T: Native> Samples<T> {
-    /// One step of the rays that ask for a sample of the span; the number of points evaluated.
+    /// One step of the picked packs' rays that ask for a sample of the span; the number of points evaluated.
     #[allow(clippy::too_many_arguments)] // a step's all, from two places
     fn step<R: Rule<T::Lanes>>(
         &mut self,
@@ -54,7 +54,6 @@ impl<T: Native> Samples<T> {
         out: &mut Columns<T>,
     ) -> u64 {
         let Self { scratch, picked, p, r } = self;
-        swarm.pick(span.until, picked);
         swarm.points(picked, span.until, p);
         let n = picked.len() * Swarm::<T>::WIDTH;
         r.resize(r.len().max(n), T::of(0.0));
@@ -75,6 +74,8 @@ impl<T: Native> Samples<T> {
     ) {
         let mut points = 0;
         while swarm.alive() > 0 && !job.control.is_cancelled() {
+            self.picked.clear();
+            self.picked.extend(0..swarm.packs().len() as u32);
             points += self.step(job, field, rule, Span::ALL, swarm, feed, out);
         }
         out.work.add(field.ops(), points);
@@ -100,7 +101,7 @@ impl<T: Native> Worker<T> {
         order.tile(tile, &mut self.wanted, &mut self.groups);
         self.swarms.resize_with(1, Swarm::default);
         let mut feed = Feed::new(job.rays, &self.wanted);
-        self.swarms[0].fill(&mut feed, PACKS);
+        self.swarms[0].fill::<R>(&mut feed, PACKS);
         self.samples.walk(job, job.field, rule, &mut self.swarms[0], &mut feed, out);
         self.finish(job, out);
     }
@@ -128,7 +129,7 @@ impl<T: Native> Worker<T> {
         self.swarms.resize_with(self.swarms.len().max(groups), Swarm::default);
         let mut from = 0;
         for (swarm, &to) in self.swarms.iter_mut().zip(&self.groups) {
-            swarm.fill(&mut Feed::new(job.rays, &self.wanted[from..to]), usize::MAX);
+            swarm.fill::<R>(&mut Feed::new(job.rays, &self.wanted[from..to]), usize::MAX);
             from = to;
         }
         let beam = Beam::around(&self.swarms[..groups]);
@@ -162,13 +163,14 @@ impl<T: Native> Worker<T> {
         let Self { swarms, cells, samples, .. } = self;
         let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
         cells.begin_group(beam);
+        swarm.note(&[]);
         // Whether some cell had a field of its own: from then on none is stepped into from another.
         let (mut parted, mut inside) = (false, f64::NAN);
         while swarm.alive() > 0 && !job.control.is_cancelled() {
             let near = swarm.nearest();
             let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
                 Found::Empty(from, to) if T::of(to) > near => {
-                    swarm.jump::<R>(T::of(from), T::of(to), out);
+                    swarm.jump::<R>((T::of(from), T::of(to)), &mut samples.picked, out);
                     inside = f64::NAN;
                     continue;
                 }
@@ -177,7 +179,7 @@ impl<T: Native> Worker<T> {
                     parted |= cell.near;
                     if parted && inside != cell.from {
                         inside = cell.from;
-                        swarm.enter::<R>(from, to);
+                        swarm.enter::<R>((from, to), &mut samples.picked);
                         // Some may have to take a shorter step first.
                         if !(swarm.nearest() >= from && swarm.nearest() < to) {
                             continue;
@@ -188,7 +190,7 @@ impl<T: Native> Worker<T> {
                 _ => {
                     if parted && inside != EVERYWHERE {
                         inside = EVERYWHERE;
-                        swarm.enter::<R>(near, T::INFINITY);
+                        swarm.enter::<R>((near, T::INFINITY), &mut samples.picked);
                         if swarm.nearest() < near {
                             continue;
                         }
@@ -197,7 +199,9 @@ impl<T: Native> Worker<T> {
                 }
             };
             let ops = field.ops();
+            swarm.pick(span.until, &mut samples.picked);
             let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
+            swarm.note(&samples.picked);
             cells.count(ops, points);
         }
     }

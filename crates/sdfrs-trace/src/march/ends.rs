@@ -1,0 +1,148 @@
+//! Where rays end, and others take their lanes: one by one, after all packs have taken a step.
+
+use sdfrs_core::{
+    Status,
+    contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION},
+    eval::{Lanes, Native},
+};
+
+use super::{
+    Threshold,
+    feed::Feed,
+    kernels::code,
+    swarm::{Crossing, Pack, Passed, QUAD, Sink},
+};
+use crate::tracer::guarded::{Bracket, Rule};
+
+/// Ends of rays that have taken a sample in.
+pub struct Ends<'a, 'b, T: Native, S> {
+    pub limit: &'a Threshold<T>,
+    pub max_steps: u32,
+    /// Samples of the packs.
+    pub p: &'a [Vec<T>; 3],
+    pub r: &'a [T],
+    pub feed: &'a mut Feed<'b, T>,
+    pub sink: &'a mut S,
+}
+
+impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
+    /// Ended rays of some packs go to the sink, and others come; the number of lanes left free.
+    pub fn take<R: Rule<T::Lanes>>(&mut self, packs: &mut [Pack<T::Lanes>], picked: &[u32]) -> usize {
+        let width = T::Lanes::WIDTH;
+        let mut free = 0;
+        // Many packs' lanes in one word: the end of each loop is a branch that nobody can guess.
+        for (some, first) in picked.chunks(64 / width).zip((0..).step_by(64)) {
+            let shifted = |(i, pack): (usize, &u32)| u64::from(packs[*pack as usize].ended) << (i * width);
+            let mut left = some.iter().enumerate().map(shifted).fold(0, |all, bits| all | bits);
+            while left != 0 {
+                let bit = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let (pack, lane) = (&mut packs[some[bit / width] as usize], bit % width);
+                self.end::<R>(pack, lane, first + bit);
+                match self.feed.next() {
+                    Some((which, place)) => pack.enter::<R>(lane, self.feed.bundle(), which, place),
+                    None => {
+                        pack.free(lane);
+                        free += 1;
+                    }
+                }
+            }
+        }
+        free
+    }
+
+    /// The end of the ray in a lane, whose last sample is the `at`-th.
+    #[inline(always)]
+    fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
+        let code = pack.end.lane(lane).f64();
+        if code > code::SPENT {
+            return self.seldom::<R>(pack, lane, at);
+        }
+        let mut end = pack.result::<R>(lane);
+        end.status = code as u8 - 1;
+        if code == code::MISS {
+            end.t = T::INFINITY;
+        }
+        self.sink.end(pack.place[lane], &end);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn seldom<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
+        let (t, r) = (pack.rays.t.lane(lane), self.r[at]);
+        let e = self.limit.sample(t, self.p.each_ref().map(|p| p[at]), r).e;
+        let place = pack.place[lane];
+        let mut end = pack.result::<R>(lane);
+        match pack.end.lane(lane).f64() {
+            code::TOLD => {
+                let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
+                end.flags = limited | if r < -e { FLAG_INSIDE } else { 0 };
+                end.status = Status::Hit as u8;
+            }
+            code::CROSSED => {
+                let origin = pack.rays.origin.each_ref().map(|v| v.lane(lane));
+                let direction = pack.rays.direction.each_ref().map(|v| v.lane(lane));
+                let mut tally = pack.tally::<R>(lane);
+                (tally.flags, tally.max_steps) = (FLAG_CROSSING, self.max_steps);
+                let bracket = Bracket::new(tally.t, tally.r, t, r, e);
+                self.sink.cross(Crossing { origin, direction, bracket, tally, e, place });
+                return;
+            }
+            _ => {
+                // Only a first sample is where the ray stands.
+                if end.t == t {
+                    end.r = r;
+                }
+                end.status = Status::Invalid as u8;
+            }
+        }
+        self.sink.end(place, &end);
+    }
+}
+
+/// Rays that have passed everything; the number of lanes left free.
+pub fn pass<T: Native, R: Rule<T::Lanes>>(
+    packs: &mut [Pack<T::Lanes>],
+    picked: &[u32],
+    sink: &mut impl Sink<T>,
+) -> usize {
+    let mut free = 0;
+    for &number in picked {
+        let pack = &mut packs[number as usize];
+        if pack.ended != 0 {
+            free += pass_pack::<T, R>(pack, sink);
+        }
+    }
+    free
+}
+
+fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut impl Sink<T>) -> usize {
+    let passed = pack.ended;
+    let mut left = passed;
+    for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
+        let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
+        let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
+        let all = ((1 << QUAD) - 1) << first;
+        if side_by_side && passed & all == all {
+            let ends: [_; QUAD] = std::array::from_fn(|i| pack.result::<R>(first + i));
+            let four = Passed {
+                steps: ends.each_ref().map(|end| end.steps),
+                fallbacks: ends.each_ref().map(|end| end.fallbacks),
+                multiplier: ends.each_ref().map(|end| end.multiplier),
+                witness: ends.each_ref().map(|end| end.witness),
+            };
+            sink.pass(&places, &four);
+            (first..first + QUAD).for_each(|lane| pack.free(lane));
+            left &= !all;
+        }
+    }
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let mut end = pack.result::<R>(lane);
+        (end.t, end.r, end.status) = (T::INFINITY, T::INFINITY, Status::Miss as u8);
+        sink.end(pack.place[lane], &end);
+        pack.free(lane);
+    }
+    passed.count_ones() as usize
+}
