@@ -165,13 +165,10 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             on.count(&mut pack.steps);
             let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
-            let told = hit
-                & (T::Lanes::lt(self.limit.asked(samples.t), samples.r) | T::Lanes::lt(samples.r, -samples.e));
             let mut end = T::Lanes::pick(spent, T::Lanes::c(code::SPENT), T::Lanes::c(code::NONE));
             for (truth, code) in [
                 (far, code::MISS),
                 (hit, code::HIT),
-                (told, code::TOLD),
                 (crossed, code::CROSSED),
                 (invalid, code::INVALID),
             ] {
@@ -181,7 +178,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             threshold = threshold.max(T::Lanes::pick(hit, samples.e, T::Lanes::c(0.0)));
             let length = if R::LONGER { pack.state.z } else { pack.state.r };
             // The end of a walk is where its last sample was.
-            let goes_on = on & !(invalid | crossed | hit | far | spent);
+            let goes_on = on & !T::Lanes::lt(T::Lanes::c(code::NONE), end);
             let next = (pack.state.t + length).min(t_max).min(edge);
             pack.rays.t = T::Lanes::pick(goes_on, next, samples.t);
         }
@@ -214,8 +211,7 @@ pub mod code {
     pub const MISS: f64 = 1.0;
     pub const HIT: f64 = 2.0;
     pub const SPENT: f64 = 3.0;
-    /// What is left is seldom: a hit with something to tell.
-    pub const TOLD: f64 = 4.0;
-    pub const CROSSED: f64 = 5.0;
-    pub const INVALID: f64 = 6.0;
+    /// The others are seldom.
+    pub const CROSSED: f64 = 4.0;
+    pub const INVALID: f64 = 5.0;
 }

@@ -115,7 +115,8 @@ pub fn step<L: Lanes, R: Rule<L>>(
         state.z = L::pick(take, rule.next(s.r, slope), L::pick(fallback, r, z));
     }
     let hit = take & !L::lt(s.e, s.r);
-    let far = on & (!L::lt(state.t + state.r, t_max) | (take & !L::lt(s.t, t_max)));
+    // A sample at the end that is no hit has a radius, which goes beyond.
+    let far = on & !L::lt(state.t + state.r, t_max);
     Verdict { accepted, fallback, invalid, crossed, hit, far }
 }
 
