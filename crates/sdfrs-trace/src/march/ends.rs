@@ -10,7 +10,7 @@ use super::{
     Threshold,
     feed::Feed,
     kernels::code,
-    swarm::{Crossing, Pack, Passed, QUAD, Sink},
+    swarm::{Crossing, EIGHT, Pack, Passed, QUAD, Sink, WIDEST},
 };
 use crate::tracer::guarded::{Bracket, Rule};
 
@@ -28,27 +28,38 @@ pub struct Ends<'a, 'b, T: Native, S> {
 impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     /// Ended rays of some packs go to the sink, and others come; the number of lanes left free.
     pub fn take<R: Rule<T::Lanes>>(&mut self, packs: &mut [Pack<T::Lanes>], picked: &[u32]) -> usize {
-        let width = T::Lanes::WIDTH;
         let mut free = 0;
-        // Many packs' lanes in one word: the end of each loop is a branch that nobody can guess.
-        for (some, first) in picked.chunks(64 / width).zip((0..).step_by(64)) {
-            let shifted = |(i, pack): (usize, &u32)| u64::from(packs[*pack as usize].ended) << (i * width);
-            let mut left = some.iter().enumerate().map(shifted).fold(0, |all, bits| all | bits);
-            while left != 0 {
-                let bit = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let (pack, lane) = (&mut packs[some[bit / width] as usize], bit % width);
-                self.end::<R>(pack, lane, first + bit);
-                match self.feed.next() {
-                    Some((which, place)) => pack.enter::<R>(lane, self.feed.bundle(), which, place),
-                    None => {
-                        pack.free(lane);
-                        free += 1;
-                    }
+        // Many packs' lanes in one word: the end of a loop over its bits is a branch that nobody can guess.
+        for (some, first) in picked.chunks(EIGHT).zip((0..).step_by(EIGHT)) {
+            for octet in 0..T::Lanes::WIDTH / EIGHT {
+                let mut left = 0;
+                for (i, pack) in some.iter().enumerate() {
+                    left |= packs[*pack as usize].ended_of(octet) << i;
+                }
+                while left != 0 {
+                    let bit = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    let (lane, i) = (octet * EIGHT + bit / EIGHT, bit % EIGHT);
+                    let pack = &mut packs[some[i] as usize];
+                    self.end::<R>(pack, lane, (first + i) * T::Lanes::WIDTH + lane);
+                    free += usize::from(!self.next::<R>(pack, lane));
                 }
             }
         }
         free
+    }
+
+    /// The next ray takes a lane; if there is one.
+    #[inline(always)]
+    fn next<R: Rule<T::Lanes>>(&mut self, pack: &mut Pack<T::Lanes>, lane: usize) -> bool {
+        match self.feed.next() {
+            Some((which, place)) => pack.enter::<R>(lane, self.feed.bundle(), which, place),
+            None => {
+                pack.free(lane);
+                return false;
+            }
+        }
+        true
     }
 
     /// The end of the ray in a lane, whose last sample is the `at`-th.
@@ -111,7 +122,7 @@ pub fn pass<T: Native, R: Rule<T::Lanes>>(
     let mut free = 0;
     for &number in picked {
         let pack = &mut packs[number as usize];
-        if pack.ended != 0 {
+        if pack.ended != [0; WIDEST] {
             free += pass_pack::<T, R>(pack, sink);
         }
     }
@@ -119,13 +130,12 @@ pub fn pass<T: Native, R: Rule<T::Lanes>>(
 }
 
 fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut impl Sink<T>) -> usize {
-    let passed = pack.ended;
-    let mut left = passed;
+    let mut free = 0;
     for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
+        let lanes = first..first + QUAD;
         let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
         let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
-        let all = ((1 << QUAD) - 1) << first;
-        if side_by_side && passed & all == all {
+        if side_by_side && pack.ended[lanes.clone()] == [1; QUAD] {
             let ends: [_; QUAD] = std::array::from_fn(|i| pack.result::<R>(first + i));
             let four = Passed {
                 steps: ends.each_ref().map(|end| end.steps),
@@ -134,17 +144,17 @@ fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut
                 witness: ends.each_ref().map(|end| end.witness),
             };
             sink.pass(&places, &four);
-            (first..first + QUAD).for_each(|lane| pack.free(lane));
-            left &= !all;
+            lanes.for_each(|lane| pack.free(lane));
+            free += QUAD;
+            continue;
+        }
+        for lane in lanes.filter(|lane| pack.ended[*lane] == 1) {
+            let mut end = pack.result::<R>(lane);
+            (end.t, end.r, end.status) = (T::INFINITY, T::INFINITY, Status::Miss as u8);
+            sink.end(pack.place[lane], &end);
+            pack.rays.t.set(lane, T::INFINITY);
+            free += 1;
         }
     }
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize;
-        left &= left - 1;
-        let mut end = pack.result::<R>(lane);
-        (end.t, end.r, end.status) = (T::INFINITY, T::INFINITY, Status::Miss as u8);
-        sink.end(pack.place[lane], &end);
-        pack.free(lane);
-    }
-    passed.count_ones() as usize
+    free
 }

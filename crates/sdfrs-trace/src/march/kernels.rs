@@ -42,17 +42,16 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
             let passed = reaches & !T::Lanes::lt(to, t_max);
             pack.end = T::Lanes::pick(passed, T::Lanes::c(code::MISS), T::Lanes::c(code::NONE));
         }
-        count_ended(self.packs, self.picked);
+        mark_ended(self.packs, self.picked);
     }
 }
 
-/// Which lanes have ended, by a bit a lane. In a loop of its own: sums over lanes would take packs apart, and a branch
-/// in the midst of a step that nobody can guess costs as much as the step.
+/// Which lanes have ended. In a loop of its own: bytes would take the packs of a step apart.
 #[inline(always)]
-fn count_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32]) {
+fn mark_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32]) {
     for &number in picked {
         let pack = &mut packs[number as usize];
-        pack.ended = L::lt(L::c(code::NONE), pack.end).bits();
+        L::lt(L::c(code::NONE), pack.end).ones(&mut pack.ended);
     }
 }
 
@@ -183,7 +182,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             pack.rays.t = T::Lanes::pick(goes_on, next, samples.t);
         }
         *self.threshold = Real::max(*self.threshold, -(-threshold).least());
-        count_ended(self.packs, self.picked);
+        mark_ended(self.packs, self.picked);
     }
 }
 

@@ -24,6 +24,9 @@ use crate::tracer::{
 /// Widest pack of any scalar.
 pub const WIDEST: usize = 16;
 
+/// Lanes that share a word, a byte each.
+pub const EIGHT: usize = 8;
+
 /// A pack of rays. A lane that asks for a sample at infinity is free.
 #[derive(Clone)]
 pub struct Pack<L> {
@@ -35,9 +38,9 @@ pub struct Pack<L> {
     pub accepted: [u32; WIDEST],
     /// Where the result goes.
     pub place: [u32; WIDEST],
-    /// How rays have ended with the last sample ([`super::kernels::code`]), and which, by a bit a lane.
+    /// How rays have ended with the last sample ([`super::kernels::code`]), and 1 where one has.
     pub end: L,
-    pub ended: u32,
+    pub ended: [u8; WIDEST],
 }
 
 impl<L: Lanes> Pack<L> {
@@ -45,7 +48,7 @@ impl<L: Lanes> Pack<L> {
     fn blank() -> Self {
         let (rays, none) = (Bundle::blank(), [0; WIDEST]);
         let (state, end) = (State::start(rays.t), rays.t);
-        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, ended: 0 }
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, ended: [0; WIDEST] }
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
@@ -112,6 +115,12 @@ impl<L: Lanes> Pack<L> {
         self.fallbacks[lane] = from.fallbacks[which];
         self.accepted[lane] = from.accepted[which];
         self.place[lane] = from.place[which];
+    }
+
+    /// Which of eight lanes have ended, a byte each.
+    #[inline(always)]
+    pub fn ended_of(&self, octet: usize) -> u64 {
+        self.ended[octet * EIGHT..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))
     }
 
     /// What the ray in a lane has come to.
