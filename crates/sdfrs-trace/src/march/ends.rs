@@ -66,12 +66,10 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     #[inline(always)]
     fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
         let code = pack.end.lane(lane).f64();
-        let mut end = pack.result::<R>(lane);
-        // A hit from inside, or by the floor of the threshold, has something to tell.
-        let plain = end.r >= T::of(0.0) && end.r <= self.limit.asked(end.t);
-        if code > code::SPENT || code == code::HIT && !plain {
+        if code > code::SPENT {
             return self.seldom::<R>(pack, lane, at);
         }
+        let mut end = pack.result::<R>(lane);
         end.status = code as u8 - 1;
         if code == code::MISS {
             end.t = T::INFINITY;
@@ -87,7 +85,7 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
         let place = pack.place[lane];
         let mut end = pack.result::<R>(lane);
         match pack.end.lane(lane).f64() {
-            code::HIT => {
+            code::TOLD => {
                 let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
                 end.flags = limited | if r < -e { FLAG_INSIDE } else { 0 };
                 end.status = Status::Hit as u8;

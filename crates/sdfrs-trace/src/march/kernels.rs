@@ -164,10 +164,12 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             on.count(&mut pack.steps);
             let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
+            let told = hit & (T::Lanes::lt(samples.asked, samples.r) | T::Lanes::lt(samples.r, T::Lanes::c(0.0)));
             let mut end = T::Lanes::pick(spent, T::Lanes::c(code::SPENT), T::Lanes::c(code::NONE));
             for (truth, code) in [
                 (far, code::MISS),
                 (hit, code::HIT),
+                (told, code::TOLD),
                 (crossed, code::CROSSED),
                 (invalid, code::INVALID),
             ] {
@@ -210,7 +212,8 @@ pub mod code {
     pub const MISS: f64 = 1.0;
     pub const HIT: f64 = 2.0;
     pub const SPENT: f64 = 3.0;
-    /// The others are seldom.
-    pub const CROSSED: f64 = 4.0;
-    pub const INVALID: f64 = 5.0;
+    /// The others are seldom: a hit by the floor of the threshold, or from inside.
+    pub const TOLD: f64 = 4.0;
+    pub const CROSSED: f64 = 5.0;
+    pub const INVALID: f64 = 6.0;
 }

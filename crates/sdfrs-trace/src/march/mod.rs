@@ -191,8 +191,9 @@ impl<T: Scalar> Threshold<T> {
     #[inline(always)]
     pub fn sample<R: Real<S = T>>(&self, t: R, p: [R; 3], r: R) -> Samples<R> {
         let scale = t.abs().max(p[0].abs()).max(p[1].abs()).max(p[2].abs());
-        let e = self.asked(t).max(R::c(4.0) * R::splat(T::EPS) * scale);
-        Samples { t, r, e, scale }
+        let asked = self.asked(t);
+        let e = asked.max(R::c(4.0) * R::splat(T::EPS) * scale);
+        Samples { t, r, e, asked, scale }
     }
 }
 

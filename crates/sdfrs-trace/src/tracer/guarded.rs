@@ -50,8 +50,9 @@ impl<L: Real> State<L> {
 pub struct Samples<L> {
     pub t: L,
     pub r: L,
-    /// Hit threshold here, never below 4 ulp of `scale`.
+    /// Hit threshold here, never below 4 ulp of `scale`, and the one asked for.
     pub e: L,
+    pub asked: L,
     /// max(|p|, |t|): what rounding is relative to.
     pub scale: L,
 }
