@@ -67,6 +67,8 @@ pub unsafe trait Lanes: Real + Send + Sync {
     fn lt(a: Self, b: Self) -> Self::Mask;
     /// `x` where the truth value holds, else `y`.
     fn pick(truth: Self::Mask, x: Self, y: Self) -> Self;
+    /// Small whole numbers as bytes.
+    fn bytes(self, to: &mut [u8]);
     /// The least lane.
     fn least(self) -> Self::S;
     fn lane(&self, i: usize) -> Self::S;
@@ -119,6 +121,10 @@ macro_rules! native {
             #[inline(always)]
             fn pick(truth: Mask<$w>, x: Self, y: Self) -> Self {
                 Pack::pick(truth, x, y)
+            }
+            #[inline(always)]
+            fn bytes(self, to: &mut [u8]) {
+                Pack::bytes(self, to)
             }
             #[inline(always)]
             fn least(self) -> $t {

@@ -59,6 +59,16 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
         self.0[0]
     }
 
+    /// Small whole numbers as bytes.
+    #[inline(always)]
+    pub fn bytes(self, to: &mut [u8]) {
+        if let Some(to) = to.first_chunk_mut::<W>() {
+            for i in 0..W {
+                to[i] = self.0[i].cell() as u8;
+            }
+        }
+    }
+
     /// Where `a < b`.
     #[inline(always)]
     pub fn below(a: Self, b: Self) -> Mask<W> {

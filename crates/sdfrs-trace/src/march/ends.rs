@@ -65,12 +65,12 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     /// The end of the ray in a lane, whose last sample is the `at`-th.
     #[inline(always)]
     fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
-        let code = pack.end.lane(lane).f64();
+        let code = pack.codes[lane];
         if code > code::SPENT {
             return self.seldom::<R>(pack, lane, at);
         }
         let mut end = pack.result::<R>(lane);
-        end.status = code as u8 - 1;
+        end.status = code - 1;
         if code == code::MISS {
             end.t = T::INFINITY;
         }
@@ -84,7 +84,7 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
         let e = self.limit.sample(t, self.p.each_ref().map(|p| p[at]), r).e;
         let place = pack.place[lane];
         let mut end = pack.result::<R>(lane);
-        match pack.end.lane(lane).f64() {
+        match pack.codes[lane] {
             code::TOLD => {
                 let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
                 end.flags = limited | if r < -e { FLAG_INSIDE } else { 0 };

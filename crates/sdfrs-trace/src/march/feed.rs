@@ -51,6 +51,7 @@ pub struct Feed<'a, T: Native> {
     order: &'a [Wanted],
     at: usize,
     bundle: Bundle<T::Lanes>,
+    place: [u32; WIDEST],
     /// Lanes of the bundle that have been handed out, and that hold a ray.
     used: usize,
     made: usize,
@@ -67,7 +68,7 @@ pub struct Wanted {
 
 impl<'a, T: Native> Feed<'a, T> {
     pub fn new(rays: &'a dyn Source<T>, order: &'a [Wanted]) -> Self {
-        Self { rays, order, at: 0, bundle: Bundle::blank(), used: 0, made: 0 }
+        Self { rays, order, at: 0, bundle: Bundle::blank(), place: [0; WIDEST], used: 0, made: 0 }
     }
 
     /// Nothing to come.
@@ -82,10 +83,7 @@ impl<'a, T: Native> Feed<'a, T> {
 
     /// The next pack of rays and their places; their number.
     pub fn pack(&mut self, bundle: &mut Bundle<T::Lanes>, place: &mut [u32; WIDEST]) -> usize {
-        let n = make(self.rays, &self.order[self.at..], bundle);
-        for (place, wanted) in place.iter_mut().zip(&self.order[self.at..][..n]) {
-            *place = wanted.place;
-        }
+        let n = make(self.rays, &self.order[self.at..], bundle, place);
         self.at += n;
         n
     }
@@ -99,14 +97,15 @@ impl<'a, T: Native> Feed<'a, T> {
                 return None;
             }
         }
-        let which = self.used;
+        let which = self.used % WIDEST;
         self.used += 1;
-        Some((which, self.order[self.at - self.made + which].place))
+        Some((which, self.place[which]))
     }
 
     #[inline(never)]
     fn more(&mut self) {
-        (self.used, self.made) = (0, make(self.rays, &self.order[self.at..], &mut self.bundle));
+        self.used = 0;
+        self.made = make(self.rays, &self.order[self.at..], &mut self.bundle, &mut self.place);
         self.at += self.made;
     }
 
@@ -115,13 +114,21 @@ impl<'a, T: Native> Feed<'a, T> {
     }
 }
 
-/// The first rays of a queue, as many as a pack holds; their number.
-fn make<T: Native>(rays: &dyn Source<T>, order: &[Wanted], to: &mut Bundle<T::Lanes>) -> usize {
+/// The first rays of a queue, as many as a pack holds, and their places; their number.
+fn make<T: Native>(
+    rays: &dyn Source<T>,
+    order: &[Wanted],
+    to: &mut Bundle<T::Lanes>,
+    place: &mut [u32; WIDEST],
+) -> usize {
     let next = &order[..order.len().min(T::Lanes::WIDTH)];
     if !next.is_empty() {
         rays.bundle(next, to);
         // A way without an end ends at the largest number: infinity marks a free lane.
         to.t_max = to.t_max.min(T::Lanes::splat(T::MAX));
+    }
+    for (place, wanted) in place.iter_mut().zip(next) {
+        *place = wanted.place;
     }
     next.len()
 }

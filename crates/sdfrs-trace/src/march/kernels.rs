@@ -40,7 +40,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
             restart::<T::Lanes, R>(s, plain, reaches, to);
             pack.rays.t = ask;
             let passed = reaches & !T::Lanes::lt(to, t_max);
-            pack.end = T::Lanes::pick(passed, T::Lanes::c(code::MISS), T::Lanes::c(code::NONE));
+            pack.end = T::Lanes::pick(passed, T::Lanes::c(f64::from(code::MISS)), T::Lanes::c(f64::from(code::NONE)));
         }
         mark_ended(self.packs, self.picked);
     }
@@ -51,7 +51,8 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
 fn mark_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32]) {
     for &number in picked {
         let pack = &mut packs[number as usize];
-        L::lt(L::c(code::NONE), pack.end).ones(&mut pack.ended);
+        L::lt(L::c(f64::from(code::NONE)), pack.end).ones(&mut pack.ended);
+        pack.end.bytes(&mut pack.codes);
     }
 }
 
@@ -165,7 +166,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
             let told = hit & (T::Lanes::lt(samples.asked, samples.r) | T::Lanes::lt(samples.r, T::Lanes::c(0.0)));
-            let mut end = T::Lanes::pick(spent, T::Lanes::c(code::SPENT), T::Lanes::c(code::NONE));
+            let mut end = T::Lanes::pick(spent, T::Lanes::c(f64::from(code::SPENT)), T::Lanes::c(f64::from(code::NONE)));
             for (truth, code) in [
                 (far, code::MISS),
                 (hit, code::HIT),
@@ -173,13 +174,13 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
                 (crossed, code::CROSSED),
                 (invalid, code::INVALID),
             ] {
-                end = T::Lanes::pick(truth, T::Lanes::c(code), end);
+                end = T::Lanes::pick(truth, T::Lanes::c(f64::from(code)), end);
             }
             pack.end = end;
             threshold = threshold.max(T::Lanes::pick(hit, samples.e, T::Lanes::c(0.0)));
             let length = if R::LONGER { pack.state.z } else { pack.state.r };
             // The end of a walk is where its last sample was.
-            let goes_on = on & !T::Lanes::lt(T::Lanes::c(code::NONE), end);
+            let goes_on = on & !T::Lanes::lt(T::Lanes::c(f64::from(code::NONE)), end);
             let next = (pack.state.t + length).min(t_max).min(edge);
             pack.rays.t = T::Lanes::pick(goes_on, next, samples.t);
         }
@@ -208,12 +209,12 @@ impl<T: Native, I: Iterator<Item = usize>> Kernel for Note<'_, T, I> {
 /// a [`sdfrs_core::Status`] and one more.
 pub mod code {
     /// Goes on.
-    pub const NONE: f64 = 0.0;
-    pub const MISS: f64 = 1.0;
-    pub const HIT: f64 = 2.0;
-    pub const SPENT: f64 = 3.0;
+    pub const NONE: u8 = 0;
+    pub const MISS: u8 = 1;
+    pub const HIT: u8 = 2;
+    pub const SPENT: u8 = 3;
     /// The others are seldom: a hit by the floor of the threshold, or from inside.
-    pub const TOLD: f64 = 4.0;
-    pub const CROSSED: f64 = 5.0;
-    pub const INVALID: f64 = 6.0;
+    pub const TOLD: u8 = 4;
+    pub const CROSSED: u8 = 5;
+    pub const INVALID: u8 = 6;
 }

@@ -82,13 +82,18 @@ impl Order {
         match &self.kind {
             Kind::Line { size, width } => {
                 let first = tile * size;
-                let (mut x, mut y) = (first % width, first / width);
-                for i in 0..*(size.min(&(self.count - first))) {
-                    rays.push(Wanted { x: x as u32, y: y as u32, place: place(0, i) });
-                    x += 1;
-                    if x == *width {
-                        (x, y) = (0, y + 1);
-                    }
+                let end = self.count.min(first + size);
+                let mut at = first;
+                while at < end {
+                    let (x, y) = (at % width, at / width);
+                    let n = (width - x).min(end - at);
+                    let from = at - first;
+                    rays.extend((0..n).map(|i| Wanted {
+                        x: (x + i) as u32,
+                        y: y as u32,
+                        place: place(0, from + i),
+                    }));
+                    at += n;
                 }
                 groups.push(rays.len());
             }
@@ -105,10 +110,11 @@ impl Order {
                 let end = [(corner[0] + block).min(*width), (corner[1] + block).min(*height)];
                 squares(corner, end, [group; 2], |from, to| {
                     squares(from, to, [QUAD; 2], |from, to| {
-                        squares(from, to, [1; 2], |[x, y], _| {
-                            let place = place(y - corner[1], x - corner[0]);
-                            rays.push(Wanted { x: x as u32, y: y as u32, place });
-                        });
+                        for y in from[1]..to[1] {
+                            let place = place(y - corner[1], from[0] - corner[0]);
+                            let pixels = (from[0]..to[0]).zip(place..);
+                            rays.extend(pixels.map(|(x, place)| Wanted { x: x as u32, y: y as u32, place }));
+                        }
                     });
                     groups.push(rays.len());
                 });

@@ -38,8 +38,9 @@ pub struct Pack<L> {
     pub accepted: [u32; WIDEST],
     /// Where the result goes.
     pub place: [u32; WIDEST],
-    /// How rays have ended with the last sample ([`super::kernels::code`]), and 1 where one has.
+    /// How rays have ended with the last sample ([`super::kernels::code`]), as lanes and as bytes, and 1 where one has.
     pub end: L,
+    pub codes: [u8; WIDEST],
     pub ended: [u8; WIDEST],
 }
 
@@ -48,7 +49,7 @@ impl<L: Lanes> Pack<L> {
     fn blank() -> Self {
         let (rays, none) = (Bundle::blank(), [0; WIDEST]);
         let (state, end) = (State::start(rays.t), rays.t);
-        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, ended: [0; WIDEST] }
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, codes: [0; WIDEST], ended: [0; WIDEST] }
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
