@@ -92,10 +92,10 @@ impl<'a, T: Native> Feed<'a, T> {
     #[inline(always)]
     pub fn next(&mut self) -> Option<(usize, u32)> {
         if self.used == self.made {
-            self.more();
-            if self.made == 0 {
+            if self.waiting() == 0 {
                 return None;
             }
+            self.more();
         }
         let which = self.used % WIDEST;
         self.used += 1;

@@ -97,24 +97,22 @@ impl<L: Lanes> Pack<L> {
     }
 
     /// Another pack's ray goes on in a lane of this one.
-    fn adopt(&mut self, lane: usize, from: &Self, which: usize) {
+    #[inline]
+    fn adopt<R: Rule<L>>(&mut self, lane: usize, from: &Self, which: usize) {
         self.rays.take(lane, &from.rays, which);
-        let State { t, r, z, m, ratios, witness } = &mut self.state;
-        let old = &from.state;
-        let columns = [
-            (t, &old.t),
-            (r, &old.r),
-            (z, &old.z),
-            (m, &old.m),
-            (ratios, &old.ratios),
-            (witness, &old.witness),
-        ];
-        for (column, old) in columns {
-            column.set(lane, old.lane(which));
+        let (state, old) = (&mut self.state, &from.state);
+        state.t.set(lane, old.t.lane(which));
+        state.r.set(lane, old.r.lane(which));
+        state.witness.set(lane, old.witness.lane(which));
+        // Other rules never look at these.
+        if R::LONGER {
+            state.z.set(lane, old.z.lane(which));
+            state.m.set(lane, old.m.lane(which));
+            state.ratios.set(lane, old.ratios.lane(which));
+            self.fallbacks[lane] = from.fallbacks[which];
+            self.accepted[lane] = from.accepted[which];
         }
         self.steps[lane] = from.steps[which];
-        self.fallbacks[lane] = from.fallbacks[which];
-        self.accepted[lane] = from.accepted[which];
         self.place[lane] = from.place[which];
     }
 
@@ -274,7 +272,7 @@ impl<T: Native> Swarm<T> {
         vectorise(Step { packs, rule, limit, max_steps, picked, p, r, span, threshold: to });
         sink.hit(threshold);
         let free = Ends { limit, max_steps, p, r, feed, sink }.take::<R>(&mut self.packs, picked);
-        self.leave(free);
+        self.leave::<R>(free);
     }
 
     /// Looks for the nearest samples again that packs ask for, at least of those that were picked.
@@ -314,7 +312,7 @@ impl<T: Native> Swarm<T> {
         let rule = std::marker::PhantomData::<R>;
         vectorise(Jump { packs: &mut self.packs, rule, picked, from, to });
         let free = pass::<T, R>(&mut self.packs, picked, sink);
-        self.leave(free);
+        self.leave::<R>(free);
         self.note(picked);
     }
 
@@ -328,24 +326,25 @@ impl<T: Native> Swarm<T> {
     }
 
     /// So many rays are gone. Closes the ranks once a quarter of the lanes is free.
-    fn leave(&mut self, free: usize) {
+    fn leave<R: Rule<T::Lanes>>(&mut self, free: usize) {
         self.alive -= free;
         let kept = self.alive.div_ceil(Self::WIDTH);
         if kept < self.used && self.alive * 4 < self.used * Self::WIDTH * 3 {
-            self.close_ranks(kept);
+            self.close_ranks::<R>(kept);
         }
     }
 
     /// The last rays move into the free lanes of the first packs.
-    fn close_ranks(&mut self, kept: usize) {
+    fn close_ranks<R: Rule<T::Lanes>>(&mut self, kept: usize) {
         let (front, back) = self.packs[..self.used].split_at_mut(kept);
-        let mut gaps = (0..kept * Self::WIDTH).map(|i| (i / Self::WIDTH, i % Self::WIDTH));
+        let (mut pack, mut lane) = (0, 0);
         for from in back.iter().rev() {
             for which in (0..Self::WIDTH).filter(|which| !from.is_free(*which)) {
                 // There are as many gaps as rays behind them.
-                if let Some((pack, lane)) = gaps.find(|&(pack, lane)| front[pack].is_free(lane)) {
-                    front[pack].adopt(lane, from, which);
+                while !front[pack].is_free(lane) {
+                    (pack, lane) = if lane + 1 < Self::WIDTH { (pack, lane + 1) } else { (pack + 1, 0) };
                 }
+                front[pack].adopt::<R>(lane, from, which);
             }
         }
         self.used = kept;
