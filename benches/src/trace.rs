@@ -153,6 +153,9 @@ impl Source<f32> for Eye {
     fn width(&self) -> Option<usize> {
         Some(self.side)
     }
+    fn eye(&self) -> Option<([f32; 3], f32)> {
+        Some((EYE, T_MAX))
+    }
     fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<Lanes>) {
         vectorise(Rays { side: self.side, wanted, to });
     }

@@ -163,6 +163,11 @@ impl Frame {
         }
     }
 
+    /// Where all rays start, if they do at one point.
+    pub fn eye(&self) -> Option<[f64; 3]> {
+        self.perspective.then(|| self.origin.into())
+    }
+
     /// The same for a pack of pixels, with the same bits: origins and directions.
     #[inline(always)]
     pub fn lanes<L: Real<S = f64>>(&self, px: L, py: L) -> ([L; 3], [L; 3]) {

@@ -176,7 +176,10 @@ impl<T: Native> Kernel for Reach<'_, T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::march::{Ray, Source, Wanted, feed::Feed};
+    use crate::{
+        march::{Ray, Source, Wanted, feed::Feed, start::Start},
+        tracer::basic::Basic,
+    };
 
     struct Fan(Vec<Ray<f32>>);
     impl Source<f32> for Fan {
@@ -204,7 +207,7 @@ mod tests {
         }
         let wanted: Vec<Wanted> = (0..300).map(|x| Wanted { x, y: 0, place: x }).collect();
         let mut swarm = Swarm::default();
-        swarm.fill::<Basic>(&mut Feed::new(&fan, &wanted), usize::MAX);
+        swarm.fill::<Basic>(&mut Feed::new(&fan, &wanted, Start::unknown()), usize::MAX);
         (fan, swarm)
     }
 

@@ -53,7 +53,9 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     #[inline(always)]
     fn next<R: Rule<T::Lanes>>(&mut self, pack: &mut Pack<T::Lanes>, lane: usize) -> bool {
         match self.feed.next() {
-            Some((which, place)) => pack.enter::<R>(lane, self.feed.bundle(), which, place),
+            Some((which, place)) => {
+                pack.enter::<R>(lane, (self.feed.bundle(), which), place, &self.feed.start)
+            }
             None => {
                 pack.free(lane);
                 return false;

@@ -5,7 +5,7 @@ use sdfrs_core::{
     eval::{Lanes, Native},
 };
 
-use super::{Ray, Source, swarm::WIDEST};
+use super::{Ray, Source, start::Start, swarm::WIDEST};
 
 /// A ray a lane.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +55,8 @@ pub struct Feed<'a, T: Native> {
     /// Lanes of the bundle that have been handed out, and that hold a ray.
     used: usize,
     made: usize,
+    /// What all know of the field where they start.
+    pub start: Start<T>,
 }
 
 /// A ray to come.
@@ -67,13 +69,13 @@ pub struct Wanted {
 }
 
 impl<'a, T: Native> Feed<'a, T> {
-    pub fn new(rays: &'a dyn Source<T>, order: &'a [Wanted]) -> Self {
-        Self { rays, order, at: 0, bundle: Bundle::blank(), place: [0; WIDEST], used: 0, made: 0 }
+    pub fn new(rays: &'a dyn Source<T>, order: &'a [Wanted], start: Start<T>) -> Self {
+        Self { rays, order, at: 0, bundle: Bundle::blank(), place: [0; WIDEST], used: 0, made: 0, start }
     }
 
     /// Nothing to come.
     pub fn empty(rays: &'a dyn Source<T>) -> Self {
-        Self::new(rays, &[])
+        Self::new(rays, &[], Start::unknown())
     }
 
     /// Rays that wait.

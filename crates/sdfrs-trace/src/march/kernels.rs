@@ -40,7 +40,11 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
             restart::<T::Lanes, R>(s, plain, reaches, to);
             pack.rays.t = ask;
             let passed = reaches & !T::Lanes::lt(to, t_max);
-            pack.end = T::Lanes::pick(passed, T::Lanes::c(f64::from(code::MISS)), T::Lanes::c(f64::from(code::NONE)));
+            pack.end = T::Lanes::pick(
+                passed,
+                T::Lanes::c(f64::from(code::MISS)),
+                T::Lanes::c(f64::from(code::NONE)),
+            );
         }
         mark_ended(self.packs, self.picked);
     }
@@ -165,8 +169,13 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             on.count(&mut pack.steps);
             let spent = on & <T::Lanes as Lanes>::Mask::at_least(&pack.steps, self.max_steps);
             let Verdict { invalid, crossed, hit, far, .. } = verdict;
-            let told = hit & (T::Lanes::lt(samples.asked, samples.r) | T::Lanes::lt(samples.r, T::Lanes::c(0.0)));
-            let mut end = T::Lanes::pick(spent, T::Lanes::c(f64::from(code::SPENT)), T::Lanes::c(f64::from(code::NONE)));
+            let told =
+                hit & (T::Lanes::lt(samples.asked, samples.r) | T::Lanes::lt(samples.r, T::Lanes::c(0.0)));
+            let mut end = T::Lanes::pick(
+                spent,
+                T::Lanes::c(f64::from(code::SPENT)),
+                T::Lanes::c(f64::from(code::NONE)),
+            );
             for (truth, code) in [
                 (far, code::MISS),
                 (hit, code::HIT),

@@ -14,6 +14,7 @@ mod feed;
 mod kernels;
 mod order;
 mod refine;
+mod start;
 mod swarm;
 mod wave;
 mod worker;
@@ -44,6 +45,7 @@ use columns::Columns;
 pub use feed::{Bundle, Wanted};
 use order::Order;
 pub use order::squares;
+use start::Start;
 pub use swarm::WIDEST;
 use worker::Worker;
 
@@ -69,6 +71,10 @@ pub trait Source<T: Native>: Sync {
     fn ray(&self, i: usize) -> Ray<T>;
     /// Rays of a row, where they are a picture row by row.
     fn width(&self) -> Option<usize> {
+        None
+    }
+    /// Where all rays start, at depth 0, if there is such a point; and a depth before which none ends.
+    fn eye(&self) -> Option<([T; 3], T)> {
         None
     }
     /// A pack of rays, by their columns and rows (row 0 where there is no picture); lanes beyond are as the
@@ -220,7 +226,9 @@ impl<T: Native> Job<'_, T> {
         let prune = self.prune();
         let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
         let sizes = pruner.map(|pruner| Sizes::of(pruner, prune == Prune::Skip)).unwrap_or_default();
-        let memory = || Worker::new(prune == Prune::Skip, sizes, &self.threshold());
+        // Where cells are stepped over, nobody asks there.
+        let start = if prune == Prune::Skip { Start::unknown() } else { Start::find(self, rule) };
+        let memory = || Worker::new(prune == Prune::Skip, sizes, &self.threshold(), start);
         let Some(pruner) = pruner else {
             // The last rays of a tile leave lanes empty: large tiles waste fewer, small ones keep all threads busy.
             let size = (self.rays.count() / 32).next_multiple_of(TILE).clamp(TILE, 16 * TILE);
@@ -228,7 +236,7 @@ impl<T: Native> Job<'_, T> {
             let tile = |worker: &mut Worker<T>, tile: usize, out: &mut Columns<T>| {
                 worker.tile(self, rule, (&order, tile), out);
             };
-            return Ok(self.tiles(&order, memory, tile)?.0);
+            return Ok(start.counted(self, self.tiles(&order, memory, tile)?.0));
         };
         let order = Order::in_blocks(self.rays, [sizes.block, sizes.group], self.control);
         let (mut hits, workers) = self.tiles(&order, memory, |worker, block, out| {
@@ -236,7 +244,7 @@ impl<T: Native> Job<'_, T> {
         })?;
         hits.work.prune = prune;
         hits.work.arena_bytes = workers.iter().map(Worker::arena_bytes).sum();
-        Ok(hits)
+        Ok(start.counted(self, hits))
     }
 
     /// Any other walk.

@@ -6,7 +6,7 @@
 //! any tile, any thread count).
 
 use sdfrs_core::{
-    Scalar, Status,
+    Real, Scalar, Status,
     eval::{Lanes, Native, vectorise},
 };
 
@@ -15,6 +15,7 @@ use super::{
     ends::{Ends, pass},
     feed::{Bundle, Feed},
     kernels::{Enter, Jump, Note, Points, Step},
+    start::Start,
 };
 use crate::tracer::{
     guarded::{Bracket, Rule, State},
@@ -49,7 +50,17 @@ impl<L: Lanes> Pack<L> {
     fn blank() -> Self {
         let (rays, none) = (Bundle::blank(), [0; WIDEST]);
         let (state, end) = (State::start(rays.t), rays.t);
-        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end, codes: [0; WIDEST], ended: [0; WIDEST] }
+        Self {
+            rays,
+            state,
+            steps: none,
+            fallbacks: none,
+            accepted: none,
+            place: none,
+            end,
+            codes: [0; WIDEST],
+            ended: [0; WIDEST],
+        }
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
@@ -58,14 +69,17 @@ impl<L: Lanes> Pack<L> {
         L::S: Native<Lanes = L>,
     {
         let n = feed.pack(&mut self.rays, &mut self.place);
-        let zero = L::c(0.0);
-        (self.state.t, self.state.r, self.state.witness) = (self.rays.t, zero, zero);
+        let Start { r, length, steps } = feed.start;
+        (self.state.t, self.state.r, self.state.witness) = (self.rays.t, L::splat(r), L::c(0.0));
         // Other rules never look at these.
         if R::LONGER {
-            self.state = State::start(self.rays.t);
+            self.state = State { r: L::splat(r), z: L::splat(length), ..State::start(self.rays.t) };
             (self.fallbacks, self.accepted) = ([0; WIDEST], [0; WIDEST]);
         }
-        self.steps = [0; WIDEST];
+        self.steps = [steps; WIDEST];
+        if steps > 0 {
+            self.rays.t = (self.rays.t + L::splat(length)).min(self.rays.t_max);
+        }
         (n..L::WIDTH).for_each(|lane| self.free(lane));
         n
     }
@@ -80,20 +94,30 @@ impl<L: Lanes> Pack<L> {
 
     /// A new ray in a lane.
     #[inline]
-    pub fn enter<R: Rule<L>>(&mut self, lane: usize, from: &Bundle<L>, which: usize, place: u32) {
+    pub fn enter<R: Rule<L>>(
+        &mut self,
+        lane: usize,
+        (from, which): (&Bundle<L>, usize),
+        place: u32,
+        start: &Start<L::S>,
+    ) {
         self.rays.take(lane, from, which);
         let (zero, state) = (L::S::of(0.0), &mut self.state);
         state.t.set(lane, from.t.lane(which));
-        state.r.set(lane, zero);
+        state.r.set(lane, start.r);
         state.witness.set(lane, zero);
         // Other rules never look at these.
         if R::LONGER {
-            state.z.set(lane, zero);
+            state.z.set(lane, start.length);
             state.m.set(lane, L::S::of(-1.0));
             state.ratios.set(lane, zero);
             (self.fallbacks[lane], self.accepted[lane]) = (0, 0);
         }
-        (self.steps[lane], self.place[lane]) = (0, place);
+        (self.steps[lane], self.place[lane]) = (start.steps, place);
+        if start.steps > 0 {
+            let ask = from.t.lane(which) + start.length;
+            self.rays.t.set(lane, Real::min(ask, from.t_max.lane(which)));
+        }
     }
 
     /// Another pack's ray goes on in a lane of this one.
@@ -307,7 +331,12 @@ impl<T: Native> Swarm<T> {
     /// Nothing lies from `from` to `to`: rays whose own ball reaches there and that ask for a sample before
     /// its end start anew at the end. A longer step tried into it proves nothing of what it left out: such
     /// rays take the plain step first.
-    pub fn jump<R: Rule<T::Lanes>>(&mut self, (from, to): (T, T), picked: &mut Vec<u32>, sink: &mut impl Sink<T>) {
+    pub fn jump<R: Rule<T::Lanes>>(
+        &mut self,
+        (from, to): (T, T),
+        picked: &mut Vec<u32>,
+        sink: &mut impl Sink<T>,
+    ) {
         self.pick(to, picked);
         let rule = std::marker::PhantomData::<R>;
         vectorise(Jump { packs: &mut self.packs, rule, picked, from, to });

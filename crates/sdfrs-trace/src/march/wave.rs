@@ -2,7 +2,11 @@
 
 use sdfrs_core::{Limits, Scalar, Scratch, Status, eval::Native};
 
-use super::{Job, Ray, TILE, columns::Columns, swarm::{End, Sink}};
+use super::{
+    Job, Ray, TILE,
+    columns::Columns,
+    swarm::{End, Sink},
+};
 use crate::tracer::walk::{Next, Range, Sample, Tally, Walk};
 
 /// A worker's memory for a tile of rays.

@@ -11,6 +11,7 @@ use super::{
     feed::{Feed, Wanted},
     order::Order,
     refine::refine,
+    start::Start,
     swarm::{Span, Swarm},
 };
 use crate::tracer::guarded::Rule;
@@ -30,6 +31,7 @@ pub struct Worker<T: Native> {
     wanted: Vec<Wanted>,
     /// Where each group ends among the rays wanted.
     groups: Vec<usize>,
+    start: Start<T>,
 }
 
 /// Points, and the field there.
@@ -83,11 +85,11 @@ impl<T: Native> Samples<T> {
 }
 
 impl<T: Native> Worker<T> {
-    pub fn new(skip: bool, sizes: Sizes, limit: &Threshold<T>) -> Self {
+    pub fn new(skip: bool, sizes: Sizes, limit: &Threshold<T>, start: Start<T>) -> Self {
         let samples =
             Samples { scratch: Scratch::new(), picked: Vec::new(), p: Default::default(), r: Vec::new() };
         let (swarms, wanted, groups) = (Vec::new(), Vec::new(), Vec::new());
-        Self { swarms, cells: Cells::new(skip, sizes, limit), samples, wanted, groups }
+        Self { swarms, cells: Cells::new(skip, sizes, limit), samples, wanted, groups, start }
     }
 
     /// Walks the rays of a tile to their ends.
@@ -100,7 +102,7 @@ impl<T: Native> Worker<T> {
     ) {
         order.tile(tile, &mut self.wanted, &mut self.groups);
         self.swarms.resize_with(1, Swarm::default);
-        let mut feed = Feed::new(job.rays, &self.wanted);
+        let mut feed = Feed::new(job.rays, &self.wanted, self.start);
         self.swarms[0].fill::<R>(&mut feed, PACKS);
         self.samples.walk(job, job.field, rule, &mut self.swarms[0], &mut feed, out);
         self.finish(job, out);
@@ -129,7 +131,7 @@ impl<T: Native> Worker<T> {
         self.swarms.resize_with(self.swarms.len().max(groups), Swarm::default);
         let mut from = 0;
         for (swarm, &to) in self.swarms.iter_mut().zip(&self.groups) {
-            swarm.fill::<R>(&mut Feed::new(job.rays, &self.wanted[from..to]), usize::MAX);
+            swarm.fill::<R>(&mut Feed::new(job.rays, &self.wanted[from..to], self.start), usize::MAX);
             from = to;
         }
         let beam = Beam::around(&self.swarms[..groups]);
