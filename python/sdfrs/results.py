@@ -72,9 +72,11 @@ class Summary:
 
     Fields: rays by status; `crossings`: safe steps that jumped the surface; `precision_limited`: hits that
     rounding decided, not eps; `inside`: rays that started in the solid; steps per ray (mean, p50, p99, max);
-    `fallbacks`, `evaluations` of the field and `node_evaluations` (operations times points, of programs and of the probes that
-    shortened them; a union of 4,096 spheres or more that is found by place counts as 256) in total; `prune`, what
-    pruning was in use; `mean_ops`, `p50_ops`, `p99_ops`, operations of the program an evaluation ran; `arena_bytes`, what the pruner kept in memory; `seconds`; `witness`,
+    `fallbacks`, `evaluations` of the field (the sum of the steps) and `node_evaluations` (operations times points as they were
+    run, of programs and of the probes that shortened them; the first sample of all rays of a pinhole camera is run once,
+    and a union of 4,096 spheres or more that is found by place counts as 256) in total; `prune`, what pruning was in use;
+    `mean_ops`, `p50_ops`, `p99_ops`, operations of the program an evaluation ran; `arena_bytes`, what the pruner kept in
+    memory; `seconds`; `witness`,
     the steepest slope seen along a ray over the declared bound, and `lipschitz_observed`, the same in the
     shape's own units.
 
