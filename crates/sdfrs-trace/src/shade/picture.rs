@@ -52,8 +52,10 @@ impl<T: Native> Shading<'_, T> {
     /// Normals and colours of all pixels, some rows at a time on the pool.
     pub fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
         let mut normals = vec![[0f32; 3]; self.hits.t.len()];
-        let mut rgb = vec![[0u8; 3]; self.hits.t.len()];
         let width = self.frame.width();
+        // What is shown where nothing is hit: a row of it, again and again.
+        let row = vec![self.light.surface.unlit(Status::Miss as u8); width];
+        let mut rgb = row.repeat(self.hits.t.len() / width);
         pool::install(|| {
             let size = BLOCK[1] * width;
             let rows = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
@@ -63,19 +65,11 @@ impl<T: Native> Shading<'_, T> {
                 }
                 let height = rgb.len() / width;
                 let mut rows = Rows { first: i * size, normals, rgb };
-                self.clear(rows.rgb);
                 squares([0; 2], [width, height], BLOCK, |from, to| self.block(block, from, to, &mut rows));
                 Ok(())
             })
         })?;
         Ok((normals, rgb))
-    }
-
-    /// What is shown where nothing is hit.
-    fn clear(&self, rgb: &mut [[u8; 3]]) {
-        let (row, others) = rgb.split_at_mut(self.frame.width());
-        row.fill(self.light.surface.unlit(Status::Miss as u8));
-        others.chunks_exact_mut(row.len()).for_each(|other| other.copy_from_slice(row));
     }
 
     /// One of the blocks of some rows.
