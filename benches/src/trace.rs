@@ -56,10 +56,16 @@ impl Line {
 
 /// The ray of a pinhole camera through a pixel.
 fn ray(side: usize, x: usize, y: usize) -> Line {
-    let (u, v) = ((x as f32 + 0.5) / side as f32 - 0.5, 0.5 - (y as f32 + 0.5) / side as f32);
-    let d = [u - 0.14, v - 0.28, -1.0];
-    let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-    Line { o: EYE, d: d.map(|v| v / n) }
+    Line { o: EYE, d: direction(side as f32, x as f32, y as f32) }
+}
+/// Its direction, or those of a pack of pixels.
+#[inline(always)]
+fn direction<R: Real>(side: R, x: R, y: R) -> [R; 3] {
+    let half = R::c(0.5);
+    let (u, v) = ((x + half) / side - half, half - (y + half) / side);
+    let d = [u - R::c(0.14), v - R::c(0.28), R::c(-1.0)];
+    let n = R::len3(d[0], d[1], d[2]);
+    [d[0] / n, d[1] / n, d[2] / n]
 }
 const EYE: [f32; 3] = [0.6, 1.2, 4.2];
 
@@ -163,7 +169,7 @@ impl Source<f32> for Eye {
 
 type Lanes = Pack<f32, WIDEST>;
 
-/// A pack of an eye's rays. The bits of [`ray`].
+/// A pack of an eye's rays.
 struct Rays<'a> {
     side: usize,
     wanted: &'a [Wanted],
@@ -180,13 +186,9 @@ impl Kernel for Rays<'_> {
             (x[lane], y[lane]) = (pixel.x, pixel.y);
         }
         let (x, y) = (Pack(x.map(|x| x as f32)), Pack(y.map(|y| y as f32)));
-        let (half, side) = (Lanes::c(0.5), Lanes::splat(self.side as f32));
-        let (u, v) = ((x + half) / side - half, half - (y + half) / side);
-        let d = [u - Lanes::c(0.14), v - Lanes::c(0.28), Lanes::c(-1.0)];
-        let n = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         *self.to = Bundle {
             origin: EYE.map(Lanes::splat),
-            direction: [d[0] / n, d[1] / n, d[2] / n],
+            direction: direction(Lanes::splat(self.side as f32), x, y),
             t: Lanes::c(0.0),
             t_max: Lanes::splat(T_MAX),
         };

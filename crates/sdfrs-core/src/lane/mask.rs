@@ -12,8 +12,6 @@ pub trait Truth: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Outpu
     fn any(self) -> bool;
     /// A bit a lane.
     fn bits(self) -> u32;
-    /// 1 for each of the lanes in which it holds, else 0.
-    fn ones(self, to: &mut [u8]);
     /// Adds 1 to the counts of the lanes in which it holds.
     fn count(self, counts: &mut [u32]);
     /// The same, brought to memory: what is asked of single lanes would otherwise take the code apart that it comes
@@ -65,14 +63,6 @@ impl<const W: usize> Truth for Mask<W> {
             bits |= self.0[i] & 1 << i;
         }
         bits
-    }
-    #[inline(always)]
-    fn ones(self, to: &mut [u8]) {
-        if let Some(to) = to.first_chunk_mut::<W>() {
-            for i in 0..W {
-                to[i] = (self.0[i] & 1) as u8;
-            }
-        }
     }
     #[inline(always)]
     fn count(self, counts: &mut [u32]) {

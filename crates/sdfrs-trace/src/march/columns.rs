@@ -61,7 +61,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     #[inline(always)]
     fn end(&mut self, place: u32, end: &End<T>) {
         let (row, k) = self.at(place);
-        (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status, end.steps);
+        (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status as u8, end.steps);
         (row.multiplier[k], row.distance[k], row.witness[k]) = (end.multiplier, end.r, end.witness);
         // A page that nobody writes to costs nothing, and is zero.
         if end.fallbacks != 0 {

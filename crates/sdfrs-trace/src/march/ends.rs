@@ -10,7 +10,7 @@ use super::{
     Threshold,
     feed::Feed,
     kernels::code,
-    swarm::{Crossing, EIGHT, Pack, Passed, QUAD, Sink, WIDEST},
+    swarm::{Crossing, EIGHT, End, Pack, Passed, QUAD, Sink, WIDEST},
 };
 use crate::tracer::guarded::{Bracket, Rule};
 
@@ -34,7 +34,7 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
             for octet in 0..T::Lanes::WIDTH / EIGHT {
                 let mut left = 0;
                 for (i, pack) in some.iter().enumerate() {
-                    left |= packs[*pack as usize].ended_of(octet) << i;
+                    left |= packs[*pack as usize].ended(octet) << i;
                 }
                 while left != 0 {
                     let bit = left.trailing_zeros() as usize;
@@ -71,12 +71,12 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
         if code > code::SPENT {
             return self.seldom::<R>(pack, lane, at);
         }
-        let mut end = pack.result::<R>(lane);
-        end.status = code - 1;
-        if code == code::MISS {
-            end.t = T::INFINITY;
-        }
-        self.sink.end(pack.place[lane], &end);
+        let status = match code {
+            code::MISS => Status::Miss,
+            code::HIT => Status::Hit,
+            _ => Status::OutOfSteps,
+        };
+        self.sink.end(pack.place[lane], &pack.result::<R>(lane, status));
     }
 
     #[cold]
@@ -85,12 +85,11 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
         let (t, r) = (pack.rays.t.lane(lane), self.r[at]);
         let e = self.limit.sample(t, self.p.each_ref().map(|p| p[at]), r).e;
         let place = pack.place[lane];
-        let mut end = pack.result::<R>(lane);
-        match pack.codes[lane] {
+        let end = match pack.codes[lane] {
             code::TOLD => {
                 let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
-                end.flags = limited | if r < -e { FLAG_INSIDE } else { 0 };
-                end.status = Status::Hit as u8;
+                let inside = if r < -e { FLAG_INSIDE } else { 0 };
+                End { flags: limited | inside, ..pack.result::<R>(lane, Status::Hit) }
             }
             code::CROSSED => {
                 let origin = pack.rays.origin.each_ref().map(|v| v.lane(lane));
@@ -102,13 +101,11 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
                 return;
             }
             _ => {
+                let end = pack.result::<R>(lane, Status::Invalid);
                 // Only a first sample is where the ray stands.
-                if end.t == t {
-                    end.r = r;
-                }
-                end.status = Status::Invalid as u8;
+                if end.t == t { End { r, ..end } } else { end }
             }
-        }
+        };
         self.sink.end(place, &end);
     }
 }
@@ -122,7 +119,7 @@ pub fn pass<T: Native, R: Rule<T::Lanes>>(
     let mut free = 0;
     for &number in picked {
         let pack = &mut packs[number as usize];
-        if pack.ended != [0; WIDEST] {
+        if pack.codes != [code::NONE; WIDEST] {
             free += pass_pack::<T, R>(pack, sink);
         }
     }
@@ -130,13 +127,13 @@ pub fn pass<T: Native, R: Rule<T::Lanes>>(
 }
 
 fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut impl Sink<T>) -> usize {
-    let mut free = 0;
+    let (codes, mut free) = (pack.codes, 0);
     for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
         let lanes = first..first + QUAD;
         let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
         let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
-        if side_by_side && pack.ended[lanes.clone()] == [1; QUAD] {
-            let ends: [_; QUAD] = std::array::from_fn(|i| pack.result::<R>(first + i));
+        if side_by_side && codes[lanes.clone()] == [code::MISS; QUAD] {
+            let ends: [_; QUAD] = std::array::from_fn(|i| pack.result::<R>(first + i, Status::Miss));
             let four = Passed {
                 steps: ends.each_ref().map(|end| end.steps),
                 fallbacks: ends.each_ref().map(|end| end.fallbacks),
@@ -148,11 +145,10 @@ fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut
             free += QUAD;
             continue;
         }
-        for lane in lanes.filter(|lane| pack.ended[*lane] == 1) {
-            let mut end = pack.result::<R>(lane);
-            (end.t, end.r, end.status) = (T::INFINITY, T::INFINITY, Status::Miss as u8);
+        for lane in lanes.filter(|lane| codes[*lane] == code::MISS) {
+            let end = End { r: T::INFINITY, ..pack.result::<R>(lane, Status::Miss) };
             sink.end(pack.place[lane], &end);
-            pack.rays.t.set(lane, T::INFINITY);
+            pack.free(lane);
             free += 1;
         }
     }

@@ -55,7 +55,6 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
 fn mark_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32]) {
     for &number in picked {
         let pack = &mut packs[number as usize];
-        L::lt(L::c(f64::from(code::NONE)), pack.end).ones(&mut pack.ended);
         pack.end.bytes(&mut pack.codes);
     }
 }
@@ -214,8 +213,7 @@ impl<T: Native, I: Iterator<Item = usize>> Kernel for Note<'_, T, I> {
     }
 }
 
-/// Ends of a walk as numbers that fit into lanes; where several hold, the last one counts. The first three are those of
-/// a [`sdfrs_core::Status`] and one more.
+/// Ends of a walk as numbers that fit into lanes, and into three bits; where several hold, the last one counts.
 pub mod code {
     /// Goes on.
     pub const NONE: u8 = 0;

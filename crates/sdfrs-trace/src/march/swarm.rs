@@ -27,6 +27,8 @@ pub const WIDEST: usize = 16;
 
 /// Lanes that share a word, a byte each.
 pub const EIGHT: usize = 8;
+/// The lowest bit of each.
+const LOWEST: u64 = 0x0101_0101_0101_0101;
 
 /// A pack of rays. A lane that asks for a sample at infinity is free.
 #[derive(Clone)]
@@ -39,10 +41,9 @@ pub struct Pack<L> {
     pub accepted: [u32; WIDEST],
     /// Where the result goes.
     pub place: [u32; WIDEST],
-    /// How rays have ended with the last sample ([`super::kernels::code`]), as lanes and as bytes, and 1 where one has.
+    /// How rays have ended with the last sample ([`super::kernels::code`]), as lanes and as bytes.
     pub end: L,
     pub codes: [u8; WIDEST],
-    pub ended: [u8; WIDEST],
 }
 
 impl<L: Lanes> Pack<L> {
@@ -59,7 +60,6 @@ impl<L: Lanes> Pack<L> {
             place: none,
             end,
             codes: [0; WIDEST],
-            ended: [0; WIDEST],
         }
     }
 
@@ -140,10 +140,11 @@ impl<L: Lanes> Pack<L> {
         self.place[lane] = from.place[which];
     }
 
-    /// Which of eight lanes have ended, a byte each.
+    /// Which of eight lanes have ended: the lowest bit of a byte each.
     #[inline(always)]
-    pub fn ended_of(&self, octet: usize) -> u64 {
-        self.ended[octet * EIGHT..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))
+    pub fn ended(&self, octet: usize) -> u64 {
+        let codes = self.codes[octet * EIGHT..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
+        (codes | codes >> 1 | codes >> 2) & LOWEST
     }
 
     /// What the ray in a lane has come to.
@@ -162,10 +163,10 @@ impl<L: Lanes> Pack<L> {
         }
     }
 
-    /// The same as a result; whoever asks knows its status.
+    /// The same as a result.
     #[inline(always)]
-    pub fn result<R: Rule<L>>(&self, lane: usize) -> End<L::S> {
-        End::of(Status::Miss, &self.tally::<R>(lane))
+    pub fn result<R: Rule<L>>(&self, lane: usize, status: Status) -> End<L::S> {
+        End::of(status, &self.tally::<R>(lane))
     }
 }
 
@@ -211,7 +212,7 @@ pub struct End<T> {
     pub multiplier: T,
     pub steps: u32,
     pub fallbacks: u32,
-    pub status: u8,
+    pub status: Status,
     pub flags: u8,
 }
 
@@ -219,8 +220,8 @@ impl<T: Scalar> End<T> {
     #[inline(always)]
     pub fn of(status: Status, tally: &Tally<T>) -> Self {
         let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
-        let multiplier = tally.multiplier();
-        Self { t, r, witness, multiplier, steps, fallbacks, status: status as u8, flags }
+        let (t, multiplier) = (if status == Status::Miss { T::INFINITY } else { t }, tally.multiplier());
+        Self { t, r, witness, multiplier, steps, fallbacks, status, flags }
     }
 }
 

@@ -67,13 +67,10 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
                         kept += 1;
                     }
                     Next::Done(status) => {
-                        let mut end = End::of(status, tally);
-                        match status {
-                            Status::Hit => out.hit(s.e),
-                            Status::Miss => end.t = T::INFINITY,
-                            _ => {}
+                        if status == Status::Hit {
+                            out.hit(s.e);
                         }
-                        out.end(k as u32, &end);
+                        out.end(k as u32, &End::of(status, tally));
                     }
                 }
             }
