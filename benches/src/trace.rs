@@ -162,6 +162,9 @@ impl Source<f32> for Eye {
     fn eye(&self) -> Option<([f32; 3], f32)> {
         Some((EYE, T_MAX))
     }
+    fn planar(&self) -> bool {
+        true
+    }
     fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<Lanes>) {
         vectorise(Rays { side: self.side, wanted, to });
     }

@@ -141,6 +141,19 @@ fn alias(one: &Ins, same: u32, slot_of: &[u32]) -> Option<u32> {
     }
 }
 
+/// From a value to a ball without a hit: what lies above `above`, over the field's slope.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Clearance {
+    pub above: f32,
+    pub slope: f32,
+}
+
+impl Clearance {
+    fn radius(self, value: f32) -> f32 {
+        (value - self.above) / self.slope
+    }
+}
+
 /// A part evaluated at the centres of up to 16 balls.
 #[derive(Default)]
 pub struct Probe {
@@ -167,11 +180,16 @@ impl Probe {
     /// How far around a cell's centre the field certainly stays above the threshold of a hit, up to the depth
     /// `far`; negative where that isn't known.
     pub fn clear_radius(&self, part: &Part, cell: usize, limit: (f64, f64), far: f64) -> f32 {
+        let clear = self.clearance(part, cell, limit, far).radius(self.roots[cell]);
+        if clear > self.cells[cell].radius { clear } else { -1.0 }
+    }
+
+    /// What tells from a part's value in a cell how far the next hit is.
+    pub fn clearance(&self, part: &Part, cell: usize, limit: (f64, f64), far: f64) -> Clearance {
         let Cell { centre, radius, .. } = self.cells[cell];
         let known = part.known_of(part.root);
-        let above = self.roots[cell] - self.threshold(cell, limit, far) - known.noise(centre, radius);
-        let clear = above / (known.slope * (1.0 + MARGIN));
-        if clear > radius { clear } else { -1.0 }
+        let above = self.threshold(cell, limit, far) + known.noise(centre, radius);
+        Clearance { above, slope: known.slope * (1.0 + MARGIN) }
     }
 
     /// Values above this are no hit in a cell that ends at the depth `far`, of an accuracy and a cone.

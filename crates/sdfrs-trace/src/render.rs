@@ -91,6 +91,9 @@ impl<T: Native> Source<T> for CameraRays<T> {
     fn eye(&self) -> Option<([T; 3], T)> {
         self.frame.eye().map(|p| (p.map(T::of), self.t_max))
     }
+    fn planar(&self) -> bool {
+        true
+    }
     fn ray(&self, i: usize) -> Ray<T> {
         let width = self.frame.width();
         // Both fit: a checked camera has at most 65536 columns and rows.

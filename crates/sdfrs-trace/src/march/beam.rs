@@ -12,10 +12,12 @@ use sdfrs_core::{
     prune::{Cell, Rod},
 };
 
-use super::swarm::Swarm;
+use super::{feed::Bundle, swarm::Swarm};
 
 /// Rounding of offsets, in parts of them: more than f32's of three products and their sum.
 const SLACK: f64 = 1e-6;
+/// What rounding adds to a direction's offset: its numbers are rounded one by one.
+const ROUNDED: f64 = 8.0 * f32::EPSILON as f64;
 
 /// The mean ray of a group, and how far the others are from it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -41,8 +43,26 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 impl Beam {
     /// The beam of all rays in some swarms; none where they have no direction in common.
     pub fn around<T: Native>(swarms: &[Swarm<T>]) -> Option<Self> {
+        Self::of::<T, _>(|| swarms.iter().flat_map(Swarm::packs).map(|pack| &pack.rays))
+    }
+
+    /// The beam of all rays that lie between those of a bundle, as those of a planar source do between the corners of
+    /// a rectangle.
+    pub fn between<T: Native>(corners: &Bundle<T::Lanes>) -> Option<Self> {
+        let beam = Self::of::<T, _>(|| std::iter::once(corners))?;
+        // What lies within a cap does, and so does all between; a cap is smaller than half a sphere.
+        let length = dot(beam.direction, beam.direction).sqrt();
+        let wide = beam.spread >= 1.0;
+        (!wide).then_some(Self {
+            bulge: beam.bulge.max((1.0 - length).abs()) + ROUNDED,
+            spread: beam.spread + ROUNDED,
+            ..beam
+        })
+    }
+
+    fn of<'a, T: Native, I: Iterator<Item = &'a Bundle<T::Lanes>>>(rays: impl Fn() -> I) -> Option<Self> {
         let mut extent = Extent::<T>::none();
-        vectorise(Grow { swarms, to: &mut extent });
+        vectorise(Grow { rays: rays(), to: &mut extent });
         let middle = extent.middle();
         let [origin, direction] = middle.map(|v| v.map(T::f64));
         let length = dot(direction, direction).sqrt();
@@ -51,7 +71,7 @@ impl Beam {
         }
         let unit = direction.map(|v| v / length);
         let mut far = [[T::Lanes::c(0.0); 2]; 2];
-        vectorise(Reach { swarms, middle, unit: unit.map(T::of), to: &mut far });
+        vectorise(Reach { rays: rays(), middle, unit: unit.map(T::of), to: &mut far });
         // What rounding may have taken from offsets whose parts along the beam cancel.
         let most = |v: T::Lanes| (0..T::Lanes::WIDTH).map(|l| v.lane(l).f64()).fold(0.0, f64::max);
         let [[along, apart], [bulge, spread]] = far.map(|[along, apart]| {
@@ -120,53 +140,49 @@ impl<T: Native> Extent<T> {
 }
 
 /// Takes all rays into an extent. Free lanes of a pack hold copies of one of its rays.
-struct Grow<'a, T: Native> {
-    swarms: &'a [Swarm<T>],
+struct Grow<'a, T: Native, I> {
+    rays: I,
     to: &'a mut Extent<T>,
 }
 
-impl<T: Native> Kernel for Grow<'_, T> {
+impl<'b, T: Native, I: Iterator<Item = &'b Bundle<T::Lanes>>> Kernel for Grow<'_, T, I> {
     #[inline(always)]
     fn run(self) {
         let Extent { lo, hi, t_max } = self.to;
-        for swarm in self.swarms {
-            for pack in swarm.packs() {
-                for a in 0..3 {
-                    lo[0][a] = lo[0][a].min(pack.rays.origin[a]);
-                    hi[0][a] = hi[0][a].max(pack.rays.origin[a]);
-                    lo[1][a] = lo[1][a].min(pack.rays.direction[a]);
-                    hi[1][a] = hi[1][a].max(pack.rays.direction[a]);
-                }
-                *t_max = t_max.max(pack.rays.t_max);
+        for rays in self.rays {
+            for a in 0..3 {
+                lo[0][a] = lo[0][a].min(rays.origin[a]);
+                hi[0][a] = hi[0][a].max(rays.origin[a]);
+                lo[1][a] = lo[1][a].min(rays.direction[a]);
+                hi[1][a] = hi[1][a].max(rays.direction[a]);
             }
+            *t_max = t_max.max(rays.t_max);
         }
     }
 }
 
 /// Largest offset from the middle along a unit vector, and its largest square in all.
-struct Reach<'a, T: Native> {
-    swarms: &'a [Swarm<T>],
+struct Reach<'a, T: Native, I> {
+    rays: I,
     middle: [[T; 3]; 2],
     unit: [T; 3],
     to: &'a mut [[T::Lanes; 2]; 2],
 }
 
-impl<T: Native> Kernel for Reach<'_, T> {
+impl<'b, T: Native, I: Iterator<Item = &'b Bundle<T::Lanes>>> Kernel for Reach<'_, T, I> {
     #[inline(always)]
     fn run(self) {
         let unit =
             [T::Lanes::splat(self.unit[0]), T::Lanes::splat(self.unit[1]), T::Lanes::splat(self.unit[2])];
-        for swarm in self.swarms {
-            for pack in swarm.packs() {
-                for (which, v) in [&pack.rays.origin, &pack.rays.direction].into_iter().enumerate() {
-                    let middle = self.middle[which];
-                    let x = v[0] - T::Lanes::splat(middle[0]);
-                    let y = v[1] - T::Lanes::splat(middle[1]);
-                    let z = v[2] - T::Lanes::splat(middle[2]);
-                    let [along, apart] = &mut self.to[which];
-                    *along = along.max((x * unit[0] + y * unit[1] + z * unit[2]).abs());
-                    *apart = apart.max(x * x + y * y + z * z);
-                }
+        for rays in self.rays {
+            for (which, v) in [&rays.origin, &rays.direction].into_iter().enumerate() {
+                let middle = self.middle[which];
+                let x = v[0] - T::Lanes::splat(middle[0]);
+                let y = v[1] - T::Lanes::splat(middle[1]);
+                let z = v[2] - T::Lanes::splat(middle[2]);
+                let [along, apart] = &mut self.to[which];
+                *along = along.max((x * unit[0] + y * unit[1] + z * unit[2]).abs());
+                *apart = apart.max(x * x + y * y + z * z);
             }
         }
     }

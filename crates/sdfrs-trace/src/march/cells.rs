@@ -11,7 +11,7 @@ use sdfrs_core::{
     Field,
     contract::Work,
     eval::{Native, Program},
-    prune::{CELLS, Left, Memory, Part, Probe, Pruner},
+    prune::{CELLS, Clearance, Left, Memory, Part, Probe, Pruner},
 };
 
 use super::{Threshold, beam::Beam};
@@ -28,7 +28,7 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { block: 64, group: 16, coarse: 3.0, fine: 1.5 }
+        Self { block: 128, group: 32, coarse: 1.0, fine: 0.75 }
     }
 }
 
@@ -68,6 +68,8 @@ struct Row {
     made: [bool; CELLS],
     /// What is made may say too much above the hit threshold.
     near: [bool; CELLS],
+    /// How far from what is made the next hit is.
+    clearance: [Clearance; CELLS],
 }
 
 impl Row {
@@ -79,6 +81,7 @@ impl Row {
             clear_to: [0.0; CELLS],
             made: [false; CELLS],
             near: [false; CELLS],
+            clearance: [Clearance::default(); CELLS],
         }
     }
 
@@ -139,6 +142,8 @@ pub struct Stretch<'a, T: Native> {
     pub from: f64,
     pub to: f64,
     pub program: &'a Program<T>,
+    /// How far from its values the next hit is.
+    pub clearance: Clearance,
     /// Whether values above the hit threshold may be too large: what no ray meets here is left out.
     pub near: bool,
 }
@@ -247,7 +252,8 @@ impl<T: Native> Cells<T> {
             return Found::Empty(self.fine.edges[cell], self.fine.edges[cell + 1]);
         }
         let (from, to) = (self.fine.edges[cell], self.fine.edges[cell + 1]);
-        Found::Cell(Stretch { from, to, program: &self.programs[cell], near: self.fine.near[cell] })
+        let (program, clearance) = (&self.programs[cell], self.fine.clearance[cell]);
+        Found::Cell(Stretch { from, to, program, clearance, near: self.fine.near[cell] })
     }
 
     /// Makes a fine cell's program; false if nothing is there.
@@ -262,6 +268,8 @@ impl<T: Native> Cells<T> {
         }
         self.fine.made[cell] = true;
         self.fine.near[cell] = left == Left::Near || coarse.near[slab];
+        let (limit, far) = ((self.limit.eps, self.limit.cone), self.fine.edges[cell + 1]);
+        self.fine.clearance[cell] = self.fine.probe.clearance(&parts[slab], cell, limit, far);
         pruner.program(&self.part, &mut self.memory, &mut self.programs[cell]);
         true
     }
@@ -337,6 +345,11 @@ impl<T: Native> Cells<T> {
             Some(n) => *n += points,
             None => self.longer.add(ops, points),
         }
+    }
+
+    /// Points of a program that were no rays' samples.
+    pub fn probe(&mut self, ops: u64, points: u64) {
+        self.probed += ops * points;
     }
 
     /// Hands over what was counted since the last time.

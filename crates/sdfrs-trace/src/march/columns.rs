@@ -87,6 +87,17 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
             self.work.quiet = false;
         }
     }
+    #[inline(always)]
+    fn same<const N: usize>(&mut self, place: u32, end: &End<T>) {
+        let (row, k) = self.at(place);
+        let to = k..k + N;
+        row.t[to.clone()].copy_from_slice(&[end.t; N]);
+        row.status[to.clone()].copy_from_slice(&[end.status as u8; N]);
+        row.steps[to.clone()].copy_from_slice(&[end.steps; N]);
+        row.multiplier[to.clone()].copy_from_slice(&[end.multiplier; N]);
+        row.distance[to.clone()].copy_from_slice(&[end.r; N]);
+        row.witness[to].copy_from_slice(&[end.witness; N]);
+    }
     #[inline]
     fn hit(&mut self, threshold: T) {
         self.threshold = Real::max(self.threshold, threshold);

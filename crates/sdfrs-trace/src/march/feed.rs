@@ -5,7 +5,12 @@ use sdfrs_core::{
     eval::{Lanes, Native},
 };
 
-use super::{Ray, Source, start::Start, swarm::WIDEST};
+use super::{
+    Ray, Source,
+    start::Start,
+    swarm::{Pack, WIDEST},
+};
+use crate::tracer::guarded::Rule;
 
 /// A ray a lane.
 #[derive(Debug, Clone, Copy)]
@@ -83,11 +88,13 @@ impl<'a, T: Native> Feed<'a, T> {
         self.order.len() - self.at
     }
 
-    /// The next pack of rays and their places; their number.
-    pub fn pack(&mut self, bundle: &mut Bundle<T::Lanes>, place: &mut [u32; WIDEST]) -> usize {
-        let n = make(self.rays, &self.order[self.at..], bundle, place);
-        self.at += n;
-        n
+    /// Fills packs with the next rays; their number.
+    pub fn packs<R: Rule<T::Lanes>>(&mut self, packs: &mut [Pack<T::Lanes>]) -> usize {
+        let first = self.at;
+        for pack in packs {
+            self.at += pack.begin::<R>(self.rays, &self.order[self.at..], &self.start);
+        }
+        self.at - first
     }
 
     /// The next ray: its lane of the bundle, and its place; none if none waits.
@@ -117,7 +124,7 @@ impl<'a, T: Native> Feed<'a, T> {
 }
 
 /// The first rays of a queue, as many as a pack holds, and their places; their number.
-fn make<T: Native>(
+pub fn make<T: Native>(
     rays: &dyn Source<T>,
     order: &[Wanted],
     to: &mut Bundle<T::Lanes>,

@@ -9,6 +9,7 @@
 mod beam;
 mod cells;
 mod columns;
+mod cones;
 mod ends;
 mod feed;
 mod kernels;
@@ -16,6 +17,7 @@ mod order;
 mod refine;
 mod start;
 mod swarm;
+mod sweep;
 mod wave;
 mod worker;
 
@@ -76,6 +78,11 @@ pub trait Source<T: Native>: Sync {
     /// Where all rays start, at depth 0, if there is such a point; and a depth before which none ends.
     fn eye(&self) -> Option<([T; 3], T)> {
         None
+    }
+    /// Whether the rays of a rectangle of a picture lie between those of its corners, in direction and in origin, and
+    /// all end at one depth: those of an eye through a plane, and parallel ones.
+    fn planar(&self) -> bool {
+        false
     }
     /// A pack of rays, by their columns and rows (row 0 where there is no picture); lanes beyond are as the
     /// last one.

@@ -6,6 +6,58 @@ use sdfrs_core::{Control, Hits, eval::Native};
 
 use super::{Source, columns::place, feed::Wanted, swarm::QUAD};
 
+/// Pixels from one corner to the other, which lies outside, in a block that begins at a third.
+#[derive(Debug, Clone, Copy)]
+pub struct Rectangle {
+    block: [usize; 2],
+    from: [usize; 2],
+    to: [usize; 2],
+}
+
+impl Rectangle {
+    /// The pixels in its corners.
+    pub fn corners(&self) -> [Wanted; 4] {
+        let [[left, top], [right, bottom]] = [self.from, self.to.map(|end| end - 1)];
+        [[left, top], [right, top], [left, bottom], [right, bottom]].map(|[x, y]| Wanted {
+            x: x as u32,
+            y: y as u32,
+            place: 0,
+        })
+    }
+
+    /// Its rows: the place of each one's first result, and its pixels.
+    pub fn rows(&self, mut take: impl FnMut(u32, usize, std::ops::Range<usize>)) {
+        for y in self.from[1]..self.to[1] {
+            take(place(y - self.block[1], self.from[0] - self.block[0]), y, self.from[0]..self.to[0]);
+        }
+    }
+
+    /// Its pixels row by row.
+    pub fn pixels(&self, rays: &mut Vec<Wanted>) {
+        self.rows(|place, y, columns| {
+            let pixels = columns.zip(place..);
+            rays.extend(pixels.map(|(x, place)| Wanted { x: x as u32, y: y as u32, place }));
+        });
+    }
+
+    /// Those of a patch, which has so few.
+    pub fn few(&self, take: impl FnOnce(&[Wanted])) {
+        let (mut few, mut n) = ([Wanted { x: 0, y: 0, place: 0 }; QUAD * QUAD], 0);
+        self.rows(|place, y, columns| {
+            for (x, place) in columns.zip(place..) {
+                few[n] = Wanted { x: x as u32, y: y as u32, place };
+                n += 1;
+            }
+        });
+        take(&few[..n]);
+    }
+
+    /// The squares that it consists of, row by row.
+    pub fn squares(&self, side: usize, mut take: impl FnMut(Self)) {
+        squares(self.from, self.to, [side; 2], |from, to| take(Self { block: self.block, from, to }));
+    }
+}
+
 /// Rays in tiles.
 pub struct Order {
     count: usize,
@@ -105,21 +157,25 @@ impl Order {
                 groups.push(rays.len());
             }
             Kind::Blocks { width, height } => {
-                let across = width.div_ceil(block);
-                let corner = [tile % across * block, tile / across * block];
-                let end = [(corner[0] + block).min(*width), (corner[1] + block).min(*height)];
-                squares(corner, end, [group; 2], |from, to| {
-                    squares(from, to, [QUAD; 2], |from, to| {
-                        for y in from[1]..to[1] {
-                            let place = place(y - corner[1], from[0] - corner[0]);
-                            let pixels = (from[0]..to[0]).zip(place..);
-                            rays.extend(pixels.map(|(x, place)| Wanted { x: x as u32, y: y as u32, place }));
-                        }
-                    });
+                rectangle(tile, block, [*width, *height]).squares(group, |group| {
+                    group.squares(QUAD, |patch| patch.pixels(rays));
                     groups.push(rays.len());
                 });
             }
         }
+    }
+
+    /// A tile that is a block of a picture.
+    pub fn block(&self, tile: usize) -> Option<Rectangle> {
+        match self.kind {
+            Kind::Blocks { width, height } => Some(rectangle(tile, self.block, [width, height])),
+            _ => None,
+        }
+    }
+
+    /// Rays along a group's side.
+    pub fn group(&self) -> usize {
+        self.group
     }
 
     /// Puts the results of sorted rays into the order of the rays.
@@ -132,6 +188,13 @@ impl Order {
         counts.into_par_iter().for_each(|column| unsort(column, order));
         bytes.into_par_iter().for_each(|column| unsort(column, order));
     }
+}
+
+/// The pixels of a picture's block.
+fn rectangle(number: usize, block: usize, [width, height]: [usize; 2]) -> Rectangle {
+    let across = width.div_ceil(block);
+    let from = [number % across * block, number / across * block];
+    Rectangle { block: from, from, to: [(from[0] + block).min(width), (from[1] + block).min(height)] }
 }
 
 /// The squares of a rectangle, or rectangles of another kind, row by row: their corners.

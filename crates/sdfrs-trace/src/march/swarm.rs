@@ -11,9 +11,9 @@ use sdfrs_core::{
 };
 
 use super::{
-    Threshold,
+    Source, Threshold,
     ends::{Ends, pass},
-    feed::{Bundle, Feed},
+    feed::{Bundle, Feed, Wanted, make},
     kernels::{Enter, Jump, Note, Points, Step},
     start::Start,
 };
@@ -64,12 +64,17 @@ impl<L: Lanes> Pack<L> {
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
-    fn begin<R: Rule<L>>(&mut self, feed: &mut Feed<L::S>) -> usize
+    pub fn begin<R: Rule<L>>(
+        &mut self,
+        rays: &dyn Source<L::S>,
+        next: &[Wanted],
+        start: &Start<L::S>,
+    ) -> usize
     where
         L::S: Native<Lanes = L>,
     {
-        let n = feed.pack(&mut self.rays, &mut self.place);
-        let Start { r, length, steps } = feed.start;
+        let n = make(rays, next, &mut self.rays, &mut self.place);
+        let Start { r, length, steps } = *start;
         (self.state.t, self.state.r, self.state.witness) = (self.rays.t, L::splat(r), L::c(0.0));
         // Other rules never look at these.
         if R::LONGER {
@@ -217,6 +222,21 @@ pub struct End<T> {
 }
 
 impl<T: Scalar> End<T> {
+    /// A ray that has passed everything without a step.
+    pub fn passed() -> Self {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        Self {
+            t: T::INFINITY,
+            r: T::INFINITY,
+            witness: zero,
+            multiplier: one,
+            steps: 0,
+            fallbacks: 0,
+            status: Status::Miss,
+            flags: 0,
+        }
+    }
+
     #[inline(always)]
     pub fn of(status: Status, tally: &Tally<T>) -> Self {
         let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
@@ -230,6 +250,8 @@ pub trait Sink<T> {
     /// Rays with places side by side have met nothing.
     fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>);
     fn end(&mut self, place: u32, end: &End<T>);
+    /// So many neighbours, from a place on, have come to the same end, without fallbacks and flags.
+    fn same<const N: usize>(&mut self, place: u32, end: &End<T>);
     /// A threshold that decided a hit.
     fn hit(&mut self, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);
@@ -259,7 +281,29 @@ impl<T: Native> Swarm<T> {
         self.used = packs.min(feed.waiting().div_ceil(Self::WIDTH));
         self.packs.resize_with(self.packs.len().max(self.used), Pack::blank);
         self.near.clear();
-        self.alive = self.packs[..self.used].iter_mut().map(|pack| pack.begin::<R>(feed)).sum();
+        self.alive = feed.packs::<R>(&mut self.packs[..self.used]);
+    }
+
+    /// Nobody.
+    pub fn clear(&mut self) {
+        (self.used, self.alive) = (0, 0);
+        self.near.clear();
+    }
+
+    /// More rays, from a depth on.
+    pub fn add<R: Rule<T::Lanes>>(&mut self, rays: &dyn Source<T>, wanted: &[Wanted], t: T) {
+        let t = T::Lanes::splat(t);
+        for next in wanted.chunks(Self::WIDTH) {
+            if self.used == self.packs.len() {
+                self.packs.push(Pack::blank());
+            }
+            let pack = &mut self.packs[self.used];
+            self.alive += pack.begin::<R>(rays, next, &Start::unknown());
+            pack.rays.t = pack.rays.t.max(t);
+            pack.state.t = pack.rays.t;
+            self.near.push(pack.rays.t.least());
+            self.used += 1;
+        }
     }
 
     pub fn packs(&self) -> &[Pack<T::Lanes>] {

@@ -1,18 +1,20 @@
 //! What drives a swarm: sample, step, until every ray has ended; in a tile of rays, or in a block of them
-//! along which programs are shortened.
+//! along which programs are shortened (`sweep`).
 
 use sdfrs_core::{Field, Scratch, eval::Native, prune::Pruner};
 
 use super::{
     Job, Threshold,
     beam::Beam,
-    cells::{Cells, Found, Sizes},
+    cells::{Cells, Sizes},
     columns::Columns,
-    feed::{Feed, Wanted},
-    order::Order,
+    cones::Patches,
+    feed::{Bundle, Feed, Wanted},
+    order::{Order, Rectangle},
     refine::refine,
     start::Start,
     swarm::{Span, Swarm},
+    sweep::Sweep,
 };
 use crate::tracer::guarded::Rule;
 
@@ -20,12 +22,11 @@ use crate::tracer::guarded::Rule;
 /// cheap and stay near.
 const PACKS: usize = 16;
 
-/// Where a cell begins that is none: the whole field.
-const EVERYWHERE: f64 = f64::NEG_INFINITY;
-
 /// What a worker keeps from tile to tile.
 pub struct Worker<T: Native> {
+    skip: bool,
     swarms: Vec<Swarm<T>>,
+    patches: Patches<T>,
     cells: Cells<T>,
     samples: Samples<T>,
     wanted: Vec<Wanted>,
@@ -35,9 +36,9 @@ pub struct Worker<T: Native> {
 }
 
 /// Points, and the field there.
-struct Samples<T: Native> {
-    scratch: Scratch<T>,
-    picked: Vec<u32>,
+pub struct Samples<T: Native> {
+    pub scratch: Scratch<T>,
+    pub picked: Vec<u32>,
     p: [Vec<T>; 3],
     r: Vec<T>,
 }
@@ -45,7 +46,7 @@ struct Samples<T: Native> {
 impl<T: Native> Samples<T> {
     /// One step of the picked packs' rays that ask for a sample of the span; the number of points evaluated.
     #[allow(clippy::too_many_arguments)] // a step's all, from two places
-    fn step<R: Rule<T::Lanes>>(
+    pub fn step<R: Rule<T::Lanes>>(
         &mut self,
         job: &Job<T>,
         field: &dyn Field<T>,
@@ -65,7 +66,7 @@ impl<T: Native> Samples<T> {
     }
 
     /// Walks rays to their ends through the whole field.
-    fn walk<R: Rule<T::Lanes>>(
+    pub fn walk<R: Rule<T::Lanes>>(
         &mut self,
         job: &Job<T>,
         field: &dyn Field<T>,
@@ -89,7 +90,8 @@ impl<T: Native> Worker<T> {
         let samples =
             Samples { scratch: Scratch::new(), picked: Vec::new(), p: Default::default(), r: Vec::new() };
         let (swarms, wanted, groups) = (Vec::new(), Vec::new(), Vec::new());
-        Self { swarms, cells: Cells::new(skip, sizes, limit), samples, wanted, groups, start }
+        let (patches, cells) = (Patches::new(), Cells::new(skip, sizes, limit));
+        Self { skip, swarms, patches, cells, samples, wanted, groups, start }
     }
 
     /// Walks the rays of a tile to their ends.
@@ -126,86 +128,71 @@ impl<T: Native> Worker<T> {
         out: &mut Columns<T>,
     ) {
         self.cells.prepare(pruner);
-        order.tile(block, &mut self.wanted, &mut self.groups);
-        let groups = self.groups.len();
-        self.swarms.resize_with(self.swarms.len().max(groups), Swarm::default);
-        let mut from = 0;
-        for (swarm, &to) in self.swarms.iter_mut().zip(&self.groups) {
-            swarm.fill::<R>(&mut Feed::new(job.rays, &self.wanted[from..to], self.start), usize::MAX);
-            from = to;
-        }
-        let beam = Beam::around(&self.swarms[..groups]);
-        if let Some(beam) = beam {
-            self.cells.begin_block(beam);
-        }
-        for group in 0..groups {
-            let beam = beam.and_then(|_| Beam::around(&self.swarms[group..=group]));
-            match beam {
-                Some(beam) => self.group(job, pruner, rule, (group, beam), out),
-                // Rays without a common direction share no cells.
-                None => {
-                    let swarm = &mut self.swarms[group];
-                    let whole = self.cells.whole(job.field);
-                    self.samples.walk(job, whole, rule, swarm, &mut Feed::empty(job.rays), out);
-                }
+        let sweep = Sweep { job, pruner, rule };
+        match order.block(block) {
+            Some(pixels) if self.skip && job.rays.planar() => {
+                self.sweep_pixels(&sweep, pixels, order.group(), out);
             }
+            _ => self.sweep_rays(&sweep, (order, block), out),
         }
         self.finish(job, out);
         self.cells.tell(&mut out.work);
     }
 
-    fn group<R: Rule<T::Lanes>>(
+    /// Rays are made first: only they tell where they are.
+    fn sweep_rays<R: Rule<T::Lanes>>(
         &mut self,
-        job: &Job<T>,
-        pruner: &Pruner,
-        rule: R,
-        (group, beam): (usize, Beam),
+        sweep: &Sweep<T, R>,
+        (order, block): (&Order, usize),
         out: &mut Columns<T>,
     ) {
-        let Self { swarms, cells, samples, .. } = self;
-        let (swarm, mut nobody) = (&mut swarms[group], Feed::empty(job.rays));
-        cells.begin_group(beam);
-        swarm.note(&[]);
-        // Whether some cell had a field of its own: from then on none is stepped into from another.
-        let (mut parted, mut inside) = (false, f64::NAN);
-        while swarm.alive() > 0 && !job.control.is_cancelled() {
-            let near = swarm.nearest();
-            let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
-                Found::Empty(from, to) if T::of(to) > near => {
-                    swarm.jump::<R>((T::of(from), T::of(to)), &mut samples.picked, out);
-                    inside = f64::NAN;
-                    continue;
-                }
-                Found::Cell(cell) if T::of(cell.to) > near => {
-                    let (from, to) = (T::of(cell.from), T::of(cell.to));
-                    parted |= cell.near;
-                    if parted && inside != cell.from {
-                        inside = cell.from;
-                        swarm.enter::<R>((from, to), &mut samples.picked);
-                        // Some may have to take a shorter step first.
-                        if !(swarm.nearest() >= from && swarm.nearest() < to) {
-                            continue;
-                        }
-                    }
-                    (Span { until: to, edge: if cell.near { to } else { T::INFINITY } }, cell.program)
-                }
-                _ => {
-                    if parted && inside != EVERYWHERE {
-                        inside = EVERYWHERE;
-                        swarm.enter::<R>((near, T::INFINITY), &mut samples.picked);
-                        if swarm.nearest() < near {
-                            continue;
-                        }
-                    }
-                    (Span::ALL, cells.whole(job.field))
-                }
-            };
-            let ops = field.ops();
-            swarm.pick(span.until, &mut samples.picked);
-            let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
-            swarm.note(&samples.picked);
-            cells.count(ops, points);
+        let Self { swarms, cells, samples, patches, wanted, groups, start, .. } = self;
+        let rays = sweep.job.rays;
+        order.tile(block, wanted, groups);
+        swarms.resize_with(swarms.len().max(groups.len()), Swarm::default);
+        let swarms = &mut swarms[..groups.len()];
+        let mut from = 0;
+        for (swarm, &mut to) in swarms.iter_mut().zip(groups) {
+            swarm.fill::<R>(&mut Feed::new(rays, &wanted[from..to], *start), usize::MAX);
+            from = to;
         }
+        let whole = Beam::around(swarms);
+        if let Some(beam) = whole {
+            cells.begin_block(beam);
+        }
+        for swarm in swarms {
+            let beam = whole.and_then(|_| Beam::around(std::slice::from_ref(swarm)));
+            patches.clear();
+            sweep.group(beam, patches, swarm, cells, samples, out);
+        }
+    }
+
+    /// Rays between the corners of a picture's block: most are made only where something is near.
+    fn sweep_pixels<R: Rule<T::Lanes>>(
+        &mut self,
+        sweep: &Sweep<T, R>,
+        block: Rectangle,
+        group: usize,
+        out: &mut Columns<T>,
+    ) {
+        let Self { swarms, cells, samples, patches, .. } = self;
+        let rays = sweep.job.rays;
+        swarms.resize_with(swarms.len().max(1), Swarm::default);
+        let mut corners = Bundle::blank();
+        let mut beam = |of: &Rectangle| {
+            rays.bundle(&of.corners(), &mut corners);
+            Beam::between::<T>(&corners)
+        };
+        let whole = beam(&block);
+        if let Some(beam) = whole {
+            cells.begin_block(beam);
+        }
+        block.squares(group, |pixels| {
+            let beam = whole.and_then(|_| beam(&pixels));
+            patches.begin(rays, pixels);
+            swarms[0].clear();
+            sweep.group(beam, patches, &mut swarms[0], cells, samples, out);
+        });
     }
 
     /// Bytes that shortened programs take.

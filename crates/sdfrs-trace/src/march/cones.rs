@@ -1,0 +1,328 @@
+//! Cones around patches of neighbouring rays, a lane each: they march as one ray would as long as the ball around a
+//! sample holds the whole patch, and rays are made where that ends.
+//!
+//! Law: what a cone steps over holds no hit (tests below, crates/sdfrs-trace/tests/prune.rs).
+
+use std::array;
+
+use sdfrs_core::{
+    Field, Real, Scalar, Scratch,
+    eval::{Kernel, Lanes, Native, vectorise},
+    lane::Truth,
+    prune::Clearance,
+};
+
+use super::{
+    Source,
+    feed::{Bundle, Wanted},
+    order::Rectangle,
+    swarm::{QUAD, WIDEST},
+};
+
+/// A cone goes on while its steps are longer than this part of its width.
+const WORTH: f64 = 0.5;
+/// What rounding adds to offsets of directions and origins, in ulp of a direction; and what it takes from a step.
+const ROUNDED: f64 = 8.0;
+const SHORTER: f64 = 1.0 - 1e-6;
+
+/// Cones of as many patches as there are lanes: their mean rays, and how far the others are from these, as in
+/// [`super::beam::Beam`].
+#[derive(Clone)]
+struct Cones<L> {
+    origin: [L; 3],
+    direction: [L; 3],
+    along: L,
+    apart: L,
+    bulge: L,
+    spread: L,
+    t_max: L,
+    /// Nothing lies before this depth; and where the field is wanted next, infinite where nobody goes on.
+    t: L,
+    ask: L,
+    codes: [u8; WIDEST],
+}
+
+/// How a cone has ended.
+mod code {
+    /// Goes on, or has ended before.
+    pub const NONE: u8 = 0;
+    /// Nothing is in it.
+    pub const PASSED: u8 = 1;
+    /// Something is near.
+    pub const STUCK: u8 = 2;
+}
+
+/// What becomes of a patch.
+pub enum Patch<T> {
+    /// None of its rays meets anything.
+    Passed,
+    /// Its rays go on from a depth.
+    Rays(T),
+}
+
+/// The patches of a group of rays.
+pub struct Patches<T: Native> {
+    cones: Vec<Cones<T::Lanes>>,
+    of: Vec<Rectangle>,
+    wanted: [Vec<Wanted>; 4],
+    p: [Vec<T>; 3],
+    r: Vec<T>,
+    nearest: T,
+}
+
+impl<T: Native> Patches<T> {
+    const WIDTH: usize = T::Lanes::WIDTH;
+
+    pub fn new() -> Self {
+        Self {
+            cones: Vec::new(),
+            of: Vec::new(),
+            wanted: Default::default(),
+            p: Default::default(),
+            r: Vec::new(),
+            nearest: T::INFINITY,
+        }
+    }
+
+    /// Nobody.
+    pub fn clear(&mut self) {
+        self.of.clear();
+        self.cones.clear();
+        self.nearest = T::INFINITY;
+    }
+
+    /// Those of a rectangle of pixels of a planar source.
+    pub fn begin(&mut self, rays: &dyn Source<T>, group: Rectangle) {
+        self.clear();
+        self.wanted.iter_mut().for_each(Vec::clear);
+        group.squares(QUAD, |patch| {
+            self.of.push(patch);
+            for (corner, wanted) in patch.corners().into_iter().zip(&mut self.wanted) {
+                wanted.push(corner);
+            }
+        });
+        for first in (0..self.of.len()).step_by(Self::WIDTH) {
+            let corners: [Bundle<T::Lanes>; 4] = array::from_fn(|corner| {
+                let mut bundle = Bundle::blank();
+                let end = self.of.len().min(first + Self::WIDTH);
+                rays.bundle(&self.wanted[corner][first..end], &mut bundle);
+                bundle
+            });
+            let mut cones = Cones::blank();
+            vectorise(Fit { corners: &corners, to: &mut cones });
+            (self.of.len() - first..Self::WIDTH).for_each(|lane| cones.ask.set(lane, T::INFINITY));
+            self.cones.push(cones);
+        }
+        let n = self.cones.len() * Self::WIDTH;
+        self.p.iter_mut().chain([&mut self.r]).for_each(|column| column.resize(n, T::of(0.0)));
+        self.note();
+    }
+
+    /// The nearest sample asked for; infinite where all have ended.
+    pub fn nearest(&self) -> T {
+        self.nearest
+    }
+
+    fn note(&mut self) {
+        self.nearest = self.cones.iter().map(|cones| cones.ask.least()).fold(T::INFINITY, T::min);
+    }
+
+    /// Nothing lies up to a depth.
+    pub fn jump(&mut self, to: T, take: impl FnMut(Rectangle, Patch<T>)) {
+        for cones in &mut self.cones {
+            vectorise(Jump { cones, to });
+        }
+        self.settle(take);
+    }
+
+    /// Those that ask for a sample before a depth take it, and go on at most up to there; the number of points.
+    pub fn step(
+        &mut self,
+        field: &dyn Field<T>,
+        scratch: &mut Scratch<T>,
+        clearance: Clearance,
+        to: T,
+        take: impl FnMut(Rectangle, Patch<T>),
+    ) -> u64 {
+        let Self { cones, p, r, .. } = self;
+        for (i, cones) in cones.iter().enumerate() {
+            vectorise(Points { cones, to, at: i * Self::WIDTH, p });
+        }
+        field.eval(scratch, p.each_ref().map(|p| &p[..]), r);
+        for (cones, r) in cones.iter_mut().zip(r.chunks_exact(Self::WIDTH)) {
+            vectorise(Step { cones, r, clearance, to });
+        }
+        let points = r.len() as u64;
+        self.settle(take);
+        points
+    }
+
+    /// All that are left go on as rays.
+    pub fn stop(&mut self, mut take: impl FnMut(Rectangle, Patch<T>)) {
+        for (i, patch) in self.of.iter().enumerate() {
+            let (cones, lane) = (&mut self.cones[i / Self::WIDTH], i % Self::WIDTH);
+            if cones.ask.lane(lane) < T::INFINITY {
+                take(*patch, Patch::Rays(cones.t.lane(lane)));
+            }
+        }
+        self.clear();
+    }
+
+    /// Hands over what has ended.
+    fn settle(&mut self, mut take: impl FnMut(Rectangle, Patch<T>)) {
+        for (cones, of) in self.cones.iter_mut().zip(self.of.chunks(Self::WIDTH)) {
+            if cones.codes == [code::NONE; WIDEST] {
+                continue;
+            }
+            for (lane, patch) in of.iter().enumerate() {
+                match cones.codes[lane] {
+                    code::PASSED => take(*patch, Patch::Passed),
+                    code::STUCK => take(*patch, Patch::Rays(cones.t.lane(lane))),
+                    _ => {}
+                }
+            }
+        }
+        self.note();
+    }
+}
+
+impl<L: Lanes> Cones<L> {
+    fn blank() -> Self {
+        let zero = L::c(0.0);
+        Self {
+            origin: [zero; 3],
+            direction: [zero; 3],
+            along: zero,
+            apart: zero,
+            bulge: zero,
+            spread: zero,
+            t_max: zero,
+            t: zero,
+            ask: zero,
+            codes: [0; WIDEST],
+        }
+    }
+
+    /// They have come to a depth; some have been stopped there.
+    #[inline(always)]
+    fn advance(&mut self, on: L::Mask, t: L, stuck: L::Mask) {
+        self.t = L::pick(on, t, self.t);
+        let passed = on & !L::lt(t, self.t_max);
+        let stuck = on & stuck & !passed;
+        self.ask = L::pick(passed | stuck, L::splat(L::S::INFINITY), L::pick(on, t, self.ask));
+        let c = |code: u8| L::c(f64::from(code));
+        L::pick(passed, c(code::PASSED), L::pick(stuck, c(code::STUCK), c(code::NONE))).bytes(&mut self.codes);
+    }
+}
+
+#[inline(always)]
+fn dot<L: Real>(a: [L; 3], b: [L; 3]) -> L {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Cones around the rays at four corners.
+struct Fit<'a, L> {
+    corners: &'a [Bundle<L>; 4],
+    to: &'a mut Cones<L>,
+}
+
+impl<L: Lanes> Kernel for Fit<'_, L> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { corners: [a, b, c, d], to } = self;
+        let quarter = L::c(0.25);
+        for i in 0..3 {
+            to.origin[i] = quarter * (a.origin[i] + b.origin[i] + c.origin[i] + d.origin[i]);
+            to.direction[i] = quarter * (a.direction[i] + b.direction[i] + c.direction[i] + d.direction[i]);
+        }
+        let (length, one, zero) = (dot(to.direction, to.direction).sqrt(), L::c(1.0), L::c(0.0));
+        let inverse = one / length;
+        let (mut offsets, mut far) = ([[zero; 2]; 2], zero);
+        for ray in [a, b, c, d] {
+            for (which, (v, mean)) in
+                [(ray.origin, to.origin), (ray.direction, to.direction)].into_iter().enumerate()
+            {
+                let off = [v[0] - mean[0], v[1] - mean[1], v[2] - mean[2]];
+                let [along, apart] = &mut offsets[which];
+                *along = along.max((dot(off, to.direction) * inverse).abs());
+                *apart = apart.max(dot(off, off));
+                far = far.max(v[0].abs()).max(v[1].abs()).max(v[2].abs());
+            }
+            (to.t, to.t_max) = (ray.t, ray.t_max);
+        }
+        let (slack, ulp) = (L::c(1.0 / SHORTER), L::c(ROUNDED) * L::splat(L::S::EPS));
+        let [[along, apart], [bulge, spread]] = offsets;
+        // Directions between others lie in a cap around their mean, and the farthest along it in its middle. A cap is
+        // smaller than half a sphere: others are never passed.
+        to.spread = spread.sqrt() * slack + ulp;
+        to.spread = L::pick(L::lt(to.spread, one), to.spread, L::splat(L::S::INFINITY));
+        to.bulge = bulge.max((one - length).abs()) * slack + ulp;
+        to.apart = apart.sqrt() * slack + ulp * far;
+        to.along = along * slack + ulp * far;
+        to.ask = to.t;
+    }
+}
+
+/// Nothing lies up to a depth.
+struct Jump<'a, L: Lanes> {
+    cones: &'a mut Cones<L>,
+    to: L::S,
+}
+
+impl<L: Lanes> Kernel for Jump<'_, L> {
+    #[inline(always)]
+    fn run(self) {
+        let to = L::splat(self.to);
+        let on = L::lt(self.cones.ask, to);
+        self.cones.advance(on, to, !<L::Mask as Truth>::ALL);
+    }
+}
+
+/// Where the field is wanted.
+struct Points<'a, T: Native> {
+    cones: &'a Cones<T::Lanes>,
+    to: T,
+    at: usize,
+    p: &'a mut [Vec<T>; 3],
+}
+
+impl<T: Native> Kernel for Points<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Cones { origin, direction, ask, .. } = self.cones;
+        // Points that are no numbers cost most.
+        let t = ask.min(T::Lanes::splat(self.to));
+        for a in 0..3 {
+            (origin[a] + t * direction[a]).store(&mut self.p[a][self.at..self.at + T::Lanes::WIDTH]);
+        }
+    }
+}
+
+/// Cones take a sample in.
+struct Step<'a, T: Native> {
+    cones: &'a mut Cones<T::Lanes>,
+    r: &'a [T],
+    clearance: Clearance,
+    to: T,
+}
+
+impl<T: Native> Kernel for Step<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { cones, clearance: Clearance { above, slope }, .. } = self;
+        let (zero, to) = (T::Lanes::c(0.0), T::Lanes::splat(self.to));
+        let on = T::Lanes::lt(cones.ask, to);
+        // The ball without a hit, and the part of the cone's axis around which all of it lies in the ball.
+        let r = T::Lanes::load(self.r);
+        let ball = ((r - T::Lanes::c(f64::from(above))) * T::Lanes::c(SHORTER / f64::from(slope))).max(zero);
+        let reach = cones.t.abs() + ball;
+        let across = cones.apart + reach * cones.spread;
+        let along = cones.along + reach * cones.bulge;
+        let half = (ball * ball - across * across).max(zero).sqrt() - along;
+        let ahead = (cones.t + half * T::Lanes::c(SHORTER)).min(to);
+        // What is no number goes nowhere.
+        let t = T::Lanes::pick(T::Lanes::lt(cones.t, ahead), ahead, cones.t);
+        let goes = !T::Lanes::lt(t, to) | T::Lanes::lt(across * T::Lanes::c(WORTH), half);
+        cones.advance(on, t, !goes);
+    }
+}
