@@ -91,6 +91,10 @@ impl Pruner {
     pub fn has_crowds(&self) -> bool {
         !self.stock.crowds.is_empty()
     }
+    /// Operations, a crowd's spheres each counted.
+    pub fn size(&self) -> u64 {
+        self.whole.ops() + self.stock.crowds.iter().map(|crowd| crowd.size()).sum::<u64>()
+    }
     /// The crowd that an instruction's constants name.
     fn crowd(&self, consts: &[f64]) -> &Crowd {
         &self.stock.crowds[consts[0] as usize]

@@ -88,6 +88,11 @@ impl Crowd {
         to.len() <= most
     }
 
+    /// Spheres.
+    pub fn size(&self) -> u64 {
+        self.spheres.len() as u64
+    }
+
     /// A sphere's x, y, z, r.
     pub fn sphere(&self, id: u32) -> &[f64; 4] {
         &self.spheres[id as usize]

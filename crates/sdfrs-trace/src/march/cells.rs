@@ -28,26 +28,36 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { block: 128, group: 32, coarse: 1.0, fine: 0.75 }
+        Self { block: 64, group: 16, coarse: 1.0, fine: 1.5 }
     }
 }
 
 impl Sizes {
-    /// Finer where a cell's program can be found in a crowd, and where long programs make empty cells worth more.
-    pub fn of(pruner: &Pruner, skip: bool) -> Self {
-        if !skip {
-            let exact = Self { coarse: 1.0, ..Self::default() };
-            return if pruner.has_crowds() {
-                Self { group: 8, coarse: 2.0, fine: 0.75, ..exact }
-            } else {
-                exact
-            };
-        }
-        let long = pruner.has_crowds() || pruner.whole().ops() >= LONG;
-        Self { fine: if long { 0.75 } else { 1.5 }, ..Self::default() }
+    /// Where every ray is walked: finer where a cell's program can be found in a crowd.
+    pub fn exact(pruner: &Pruner) -> Self {
+        let all = Self::default();
+        if pruner.has_crowds() { Self { group: 8, coarse: 2.0, fine: 0.75, ..all } } else { all }
+    }
+
+    /// Where cells are stepped over: thinner where long programs make empty ones worth more.
+    pub fn skip(pruner: &Pruner) -> Self {
+        Self { coarse: 3.0, fine: if pruner.size() < LONG { 1.5 } else { 0.75 }, ..Self::default() }
+    }
+
+    /// The same where patches of a picture go first. They find by themselves what is empty, and larger groups have more
+    /// packs to step together; unless too much is in each. Few pixels are left in blocks for all threads.
+    pub fn patches(pruner: &Pruner, pixels: usize) -> Self {
+        let block = if pixels < LARGE { 64 } else { 128 };
+        let crowded = pixels < SMALL || pruner.size() > pixels as u64 / SPARSE;
+        let (group, coarse) = if crowded { (16, 3.0) } else { (32, 1.0) };
+        Self { block, group, coarse, fine: 0.75 }
     }
 }
 
+/// Pixels of a small picture, of a large one, and for each operation of a scene that leaves most of a group empty.
+const SMALL: usize = 1 << 16;
+const LARGE: usize = 1 << 18;
+const SPARSE: u64 = 10;
 /// Operations of a long program.
 const LONG: u64 = 512;
 /// Shortest slab in units of the hit threshold.

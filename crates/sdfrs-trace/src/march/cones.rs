@@ -211,7 +211,8 @@ impl<L: Lanes> Cones<L> {
         let stuck = on & stuck & !passed;
         self.ask = L::pick(passed | stuck, L::splat(L::S::INFINITY), L::pick(on, t, self.ask));
         let c = |code: u8| L::c(f64::from(code));
-        L::pick(passed, c(code::PASSED), L::pick(stuck, c(code::STUCK), c(code::NONE))).bytes(&mut self.codes);
+        L::pick(passed, c(code::PASSED), L::pick(stuck, c(code::STUCK), c(code::NONE)))
+            .bytes(&mut self.codes);
     }
 }
 

@@ -232,10 +232,16 @@ impl<T: Native> Job<'_, T> {
     fn steps<R: Rule<T::Lanes>>(&self, rule: R) -> Result<Hits<T>, TraceError> {
         let prune = self.prune();
         let pruner = self.field.pruner().filter(|_| prune != Prune::Off);
-        let sizes = pruner.map(|pruner| Sizes::of(pruner, prune == Prune::Skip)).unwrap_or_default();
+        let skip = prune == Prune::Skip;
+        let sizes = pruner.map(|pruner| match skip {
+            true if self.rays.planar() => Sizes::patches(pruner, self.rays.count()),
+            true => Sizes::skip(pruner),
+            false => Sizes::exact(pruner),
+        });
+        let sizes = sizes.unwrap_or_default();
         // Where cells are stepped over, nobody asks there.
-        let start = if prune == Prune::Skip { Start::unknown() } else { Start::find(self, rule) };
-        let memory = || Worker::new(prune == Prune::Skip, sizes, &self.threshold(), start);
+        let start = if skip { Start::unknown() } else { Start::find(self, rule) };
+        let memory = || Worker::new(skip, sizes, &self.threshold(), start);
         let Some(pruner) = pruner else {
             // The last rays of a tile leave lanes empty: large tiles waste fewer, small ones keep all threads busy.
             let size = (self.rays.count() / 32).next_multiple_of(TILE).clamp(TILE, 16 * TILE);

@@ -1,7 +1,7 @@
 //! Rays that step together, a pack of lanes at a time.
 //!
 //! All that is known of a pack's rays lies side by side, so that a step reads one place and not twenty. A
-//! finished ray leaves its lane to the next in the queue; when none waits, and a quarter of the lanes is
+//! finished ray leaves its lane to the next in the queue; when none waits, and half of the lanes is
 //! free, the last rays move into the gaps. Law: a ray's result depends on nothing but the ray (tests/laws,
 //! any tile, any thread count).
 
@@ -399,11 +399,11 @@ impl<T: Native> Swarm<T> {
         self.note(picked);
     }
 
-    /// So many rays are gone. Closes the ranks once a quarter of the lanes is free.
+    /// So many rays are gone. Closes the ranks once half of the lanes is free.
     fn leave<R: Rule<T::Lanes>>(&mut self, free: usize) {
         self.alive -= free;
         let kept = self.alive.div_ceil(Self::WIDTH);
-        if kept < self.used && self.alive * 4 < self.used * Self::WIDTH * 3 {
+        if kept < self.used && self.alive * 2 < self.used * Self::WIDTH {
             self.close_ranks::<R>(kept);
         }
     }

@@ -48,7 +48,7 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         swarm.note(&[]);
         // Whether some cell had a field of its own: from then on none is stepped into from another.
         let (mut parted, mut inside) = (false, f64::NAN);
-                while patches.nearest().min(swarm.nearest()) < T::INFINITY && !job.control.is_cancelled() {
+        while patches.nearest().min(swarm.nearest()) < T::INFINITY && !job.control.is_cancelled() {
             let ahead = patches.nearest();
             let near = ahead.min(swarm.nearest());
             let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
