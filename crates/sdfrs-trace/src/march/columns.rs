@@ -1,10 +1,10 @@
 //! What a trace writes, tile by tile: straight into the rows of the hits that the tile covers.
 
-use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
+use sdfrs_core::{Hits, Real, Scalar, contract::Work};
 
 use super::{
     order::Order,
-    swarm::{Crossing, End, Passed, QUAD, Sink},
+    swarm::{Crossing, End, Sink},
 };
 
 /// The part of all hits that belongs to one tile: pieces of rows.
@@ -71,21 +71,6 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
             row.flags[k] = end.flags;
         }
         self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
-    }
-    #[inline(always)]
-    fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>) {
-        let (row, k) = self.at(places[0]);
-        let to = k..k + QUAD;
-        row.t[to.clone()].fill(T::INFINITY);
-        row.distance[to.clone()].fill(T::INFINITY);
-        row.status[to.clone()].fill(Status::Miss as u8);
-        row.steps[to.clone()].copy_from_slice(&passed.steps);
-        row.multiplier[to.clone()].copy_from_slice(&passed.multiplier);
-        row.witness[to.clone()].copy_from_slice(&passed.witness);
-        if passed.fallbacks != [0; QUAD] {
-            row.fallbacks[to].copy_from_slice(&passed.fallbacks);
-            self.work.quiet = false;
-        }
     }
     #[inline(always)]
     fn same<const N: usize>(&mut self, place: u32, end: &End<T>) {

@@ -10,7 +10,7 @@ use super::{
     Threshold,
     feed::Feed,
     kernels::code,
-    swarm::{Crossing, EIGHT, End, Pack, Passed, QUAD, Sink, WIDEST},
+    swarm::{Crossing, EIGHT, End, Pack, Sink, WIDEST},
 };
 use crate::tracer::guarded::{Bracket, Rule};
 
@@ -128,29 +128,11 @@ pub fn pass<T: Native, R: Rule<T::Lanes>>(
 
 fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut impl Sink<T>) -> usize {
     let (codes, mut free) = (pack.codes, 0);
-    for first in (0..T::Lanes::WIDTH).step_by(QUAD) {
-        let lanes = first..first + QUAD;
-        let places: [u32; QUAD] = std::array::from_fn(|i| pack.place[first + i]);
-        let side_by_side = (0..QUAD).all(|i| places[i] == places[0] + i as u32);
-        if side_by_side && codes[lanes.clone()] == [code::MISS; QUAD] {
-            let ends: [_; QUAD] = std::array::from_fn(|i| pack.result::<R>(first + i, Status::Miss));
-            let four = Passed {
-                steps: ends.each_ref().map(|end| end.steps),
-                fallbacks: ends.each_ref().map(|end| end.fallbacks),
-                multiplier: ends.each_ref().map(|end| end.multiplier),
-                witness: ends.each_ref().map(|end| end.witness),
-            };
-            sink.pass(&places, &four);
-            lanes.for_each(|lane| pack.free(lane));
-            free += QUAD;
-            continue;
-        }
-        for lane in lanes.filter(|lane| codes[*lane] == code::MISS) {
-            let end = End { r: T::INFINITY, ..pack.result::<R>(lane, Status::Miss) };
-            sink.end(pack.place[lane], &end);
-            pack.free(lane);
-            free += 1;
-        }
+    for lane in (0..T::Lanes::WIDTH).filter(|lane| codes[*lane] == code::MISS) {
+        let end = End { r: T::INFINITY, ..pack.result::<R>(lane, Status::Miss) };
+        sink.end(pack.place[lane], &end);
+        pack.free(lane);
+        free += 1;
     }
     free
 }

@@ -201,14 +201,6 @@ pub struct Crossing<T> {
 /// Rays along a side of a patch, which shares a pack: neighbours in a row.
 pub const QUAD: usize = 4;
 
-/// What neighbours have come to that met nothing.
-pub struct Passed<T> {
-    pub steps: [u32; QUAD],
-    pub fallbacks: [u32; QUAD],
-    pub multiplier: [T; QUAD],
-    pub witness: [T; QUAD],
-}
-
 /// What a ray has come to.
 pub struct End<T> {
     pub t: T,
@@ -247,8 +239,6 @@ impl<T: Scalar> End<T> {
 
 /// Where ended rays go.
 pub trait Sink<T> {
-    /// Rays with places side by side have met nothing.
-    fn pass(&mut self, places: &[u32; QUAD], passed: &Passed<T>);
     fn end(&mut self, place: u32, end: &End<T>);
     /// So many neighbours, from a place on, have come to the same end, without fallbacks and flags.
     fn same<const N: usize>(&mut self, place: u32, end: &End<T>);
