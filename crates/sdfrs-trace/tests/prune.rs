@@ -179,6 +179,44 @@ fn exact_changes_no_bit_and_skip_no_status() {
     }
 }
 
+/// Pictures whose groups are larger, and rays of whom nobody knows that they are a picture's.
+fn compare_large<T: Native>(seed: u64) {
+    let mut random = Random(seed);
+    let shape = tree(&mut random, 25);
+    let view = Camera { width: 523, height: 507, ..camera(&mut random) };
+    for tracer in [tracers()[0], tracers()[4]] {
+        let a = trace::<T>(&shape, &view, &tracer, Prune::Off);
+        let b = trace::<T>(&shape, &view, &tracer, Prune::Skip);
+        let (origins, mut directions) = {
+            let (o, d): (Vec<_>, Vec<_>) = view.rays::<f64>().unwrap();
+            let of = |v: Vec<[f64; 3]>| v.iter().map(|v| v.map(T::of)).collect::<Vec<_>>();
+            (of(o), of(d))
+        };
+        contract::check_rays(&origins, &mut directions).unwrap();
+        let (t_min, t_max) = (Span::All(T::of(0.0)), Span::All(T::of(20.0)));
+        let rays = Rays { origins: &origins, directions: &directions, t_min, t_max };
+        let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune: Prune::Skip };
+        let program = Program::<T>::for_tracing(&shape).unwrap();
+        let c = march::trace(&program, &tracer, &rays, &limits, &Control::new()).unwrap();
+        let steps = |h: &Hits<T>| h.steps.iter().map(|n| u64::from(*n)).sum::<u64>();
+        assert!(steps(&b) * 5 < steps(&c) * 4 && steps(&c) * 5 < steps(&a) * 4);
+        for h in [&b, &c] {
+            let other = (0..a.t.len()).filter(|&i| a.status[i] != h.status[i]);
+            let other: Vec<_> = other.inspect(|&i| assert!(grazes(&a, h, i), "ray {i}")).collect();
+            assert!(other.len() * 5000 < a.t.len(), "{} rays end otherwise", other.len());
+            let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && h.status[i] == 1);
+            let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - h.t[i]).f64().abs() > 1.5e-4);
+            assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());
+        }
+    }
+}
+
+#[test]
+fn large_pictures_and_loose_rays_end_alike() {
+    compare_large::<f32>(6);
+    compare_large::<f64>(7);
+}
+
 #[test]
 fn hits_under_skip_lie_where_the_others_do() {
     let mut random = Random(5);

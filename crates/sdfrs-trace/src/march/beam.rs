@@ -193,9 +193,13 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{
-        march::{Ray, Source, Wanted, feed::Feed, start::Start},
+        Tracer,
+        camera::{Camera, Kind},
+        march::{Ray, Source, Wanted, feed::Feed, order::Order, start::Start},
+        render::CameraRays,
         tracer::basic::Basic,
     };
+    use sdfrs_core::Control;
 
     struct Fan(Vec<Ray<f32>>);
     impl Source<f32> for Fan {
@@ -265,5 +269,39 @@ mod tests {
                 assert!(to == t || d.sqrt() <= radius * (1.0 + 1e-6), "{t} {radius}: {d} {off}");
             }
         }
+    }
+
+    /// What lies between the corners of a picture lies in their beam.
+    #[test]
+    fn corners_hold_all_between_them() {
+        for kind in [
+            Kind::Pinhole { fov_deg: 4.0 },
+            Kind::Pinhole { fov_deg: 120.0 },
+            Kind::Orthographic { extent: 2.0 },
+        ] {
+            let (origin, target, up) = ([1.0, 2.0, 3.0], [0.1, 0.2, -0.3], [0.0, 1.0, 0.0]);
+            let camera = Camera { kind, origin, target, up, width: 39, height: 30 };
+            let rays = CameraRays::<f32>::new(&camera, &Tracer::Basic { guards: true }, 9.0).unwrap();
+            let mut corners = Bundle::blank();
+            let pixels = Order::in_blocks(&rays, [64, 16], &Control::new()).block(0).unwrap().corners();
+            rays.bundle(&pixels, &mut corners);
+            let beam = Beam::between::<f32>(&corners).unwrap();
+            for (lo, hi) in [(0.0, 0.1), (2.0, 2.25), (5.0, 9.0)] {
+                let cell = beam.cell(lo, hi);
+                let mut most: f64 = 0.0;
+                for ray in (0..rays.count()).map(|i| rays.ray(i)) {
+                    for t in [lo, 0.5 * (lo + hi), hi].map(|t| t as f32) {
+                        let from = |a: usize| ray.origin[a] + t * ray.direction[a];
+                        let d: f64 = (0..3).map(|a| f64::from(from(a) - cell.centre[a]).powi(2)).sum();
+                        most = most.max(d.sqrt());
+                    }
+                }
+                assert!(most <= f64::from(cell.radius), "{kind:?} {lo} {hi}: {most} {}", cell.radius);
+                assert!(f64::from(cell.radius) <= 2.0 * most + 1e-3, "loose: {most} {}", cell.radius);
+            }
+        }
+        // More than half a sphere has no cap.
+        let (_, swarm) = fan(3.0, 0.0);
+        assert!(Beam::between::<f32>(&swarm.packs()[0].rays).is_none());
     }
 }

@@ -3,8 +3,8 @@
 use sdfrs_core::{Hits, Real, Scalar, contract::Work};
 
 use super::{
+    ends::{Crossing, End, Sink},
     order::Order,
-    swarm::{Crossing, End, Sink},
 };
 
 /// The part of all hits that belongs to one tile: pieces of rows.

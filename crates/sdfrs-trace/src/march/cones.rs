@@ -14,6 +14,7 @@ use sdfrs_core::{
 
 use super::{
     Source,
+    cells::Stretch,
     feed::{Bundle, Wanted},
     order::Rectangle,
     swarm::{QUAD, WIDEST},
@@ -118,6 +119,10 @@ impl<T: Native> Patches<T> {
         self.note();
     }
 
+    pub fn under_way(&self) -> bool {
+        self.nearest < T::INFINITY
+    }
+
     /// The nearest sample asked for; infinite where all have ended.
     pub fn nearest(&self) -> T {
         self.nearest
@@ -135,20 +140,19 @@ impl<T: Native> Patches<T> {
         self.settle(take);
     }
 
-    /// Those that ask for a sample before a depth take it, and go on at most up to there; the number of points.
+    /// Those that ask for a sample in a stretch take it, and go on at most to its end; the number of points.
     pub fn step(
         &mut self,
-        field: &dyn Field<T>,
+        stretch: &Stretch<T>,
         scratch: &mut Scratch<T>,
-        clearance: Clearance,
-        to: T,
         take: impl FnMut(Rectangle, Patch<T>),
     ) -> u64 {
+        let (to, clearance) = (T::of(stretch.to), stretch.clearance);
         let Self { cones, p, r, .. } = self;
         for (i, cones) in cones.iter().enumerate() {
             vectorise(Points { cones, to, at: i * Self::WIDTH, p });
         }
-        field.eval(scratch, p.each_ref().map(|p| &p[..]), r);
+        stretch.program.eval(scratch, p.each_ref().map(|p| &p[..]), r);
         for (cones, r) in cones.iter_mut().zip(r.chunks_exact(Self::WIDTH)) {
             vectorise(Step { cones, r, clearance, to });
         }
@@ -327,3 +331,6 @@ impl<T: Native> Kernel for Step<'_, T> {
         cones.advance(on, t, !goes);
     }
 }
+
+#[cfg(test)]
+mod tests;

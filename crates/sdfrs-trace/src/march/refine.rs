@@ -6,7 +6,7 @@ use sdfrs_core::{Field, Scratch, Status, eval::Native};
 
 use super::{
     Threshold,
-    swarm::{Crossing, End, Sink},
+    ends::{Crossing, End, Sink},
 };
 
 /// Refines every crossing; each evaluation is a step of its ray. Gives their number.

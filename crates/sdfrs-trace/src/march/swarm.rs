@@ -12,13 +12,13 @@ use sdfrs_core::{
 
 use super::{
     Source, Threshold,
-    ends::{Ends, pass},
+    ends::{End, Ends, Sink, pass},
     feed::{Bundle, Feed, Wanted, make},
     kernels::{Enter, Jump, Note, Points, Step},
     start::Start,
 };
 use crate::tracer::{
-    guarded::{Bracket, Rule, State},
+    guarded::{Rule, State},
     walk::Tally,
 };
 
@@ -187,65 +187,8 @@ impl<T: Scalar> Span<T> {
     pub const ALL: Self = Self { until: T::INFINITY, edge: T::INFINITY };
 }
 
-/// A surface that a safe step went through, to be refined when the others are done.
-pub struct Crossing<T> {
-    pub origin: [T; 3],
-    pub direction: [T; 3],
-    pub bracket: Bracket<T>,
-    pub tally: Tally<T>,
-    /// Threshold of the last sample.
-    pub e: T,
-    pub place: u32,
-}
-
 /// Rays along a side of a patch, which shares a pack: neighbours in a row.
 pub const QUAD: usize = 4;
-
-/// What a ray has come to.
-pub struct End<T> {
-    pub t: T,
-    pub r: T,
-    pub witness: T,
-    pub multiplier: T,
-    pub steps: u32,
-    pub fallbacks: u32,
-    pub status: Status,
-    pub flags: u8,
-}
-
-impl<T: Scalar> End<T> {
-    /// A ray that has passed everything without a step.
-    pub fn passed() -> Self {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
-        Self {
-            t: T::INFINITY,
-            r: T::INFINITY,
-            witness: zero,
-            multiplier: one,
-            steps: 0,
-            fallbacks: 0,
-            status: Status::Miss,
-            flags: 0,
-        }
-    }
-
-    #[inline(always)]
-    pub fn of(status: Status, tally: &Tally<T>) -> Self {
-        let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
-        let (t, multiplier) = (if status == Status::Miss { T::INFINITY } else { t }, tally.multiplier());
-        Self { t, r, witness, multiplier, steps, fallbacks, status, flags }
-    }
-}
-
-/// Where ended rays go.
-pub trait Sink<T> {
-    fn end(&mut self, place: u32, end: &End<T>);
-    /// So many neighbours, from a place on, have come to the same end, without fallbacks and flags.
-    fn same<const N: usize>(&mut self, place: u32, end: &End<T>);
-    /// A threshold that decided a hit.
-    fn hit(&mut self, threshold: T);
-    fn cross(&mut self, crossing: Crossing<T>);
-}
 
 /// Rays under way.
 pub struct Swarm<T: Native> {

@@ -6,12 +6,13 @@ use sdfrs_core::{Field, eval::Native, prune::Pruner};
 use super::{
     Job,
     beam::Beam,
-    cells::{Cells, Found, Stretch},
+    cells::{Cells, Found},
     columns::Columns,
     cones::{Patch, Patches},
+    ends::{End, Sink},
     feed::Feed,
     order::Rectangle,
-    swarm::{End, QUAD, Sink, Span, Swarm},
+    swarm::{QUAD, Span, Swarm},
     worker::Samples,
 };
 use crate::tracer::guarded::Rule;
@@ -22,9 +23,6 @@ pub struct Sweep<'a, T: Native, R> {
     pub pruner: &'a Pruner,
     pub rule: R,
 }
-
-/// Where a stretch begins that is none: the whole field.
-const EVERYWHERE: f64 = f64::NEG_INFINITY;
 
 impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
     /// Walks patches and rays to their ends.
@@ -46,55 +44,40 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         };
         cells.begin_group(beam);
         swarm.note(&[]);
-        // Whether some cell had a field of its own: from then on none is stepped into from another.
-        let (mut parted, mut inside) = (false, f64::NAN);
-        while patches.nearest().min(swarm.nearest()) < T::INFINITY && !job.control.is_cancelled() {
+        let mut inside = Inside { parted: false, from: f64::NAN };
+        while (patches.under_way() || swarm.alive() > 0) && !job.control.is_cancelled() {
             let ahead = patches.nearest();
             let near = ahead.min(swarm.nearest());
-            let (span, field): (_, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
+            let (from, span, field): (_, _, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
                 Found::Empty(from, to) if T::of(to) > near => {
                     let (from, to) = (T::of(from), T::of(to));
                     swarm.jump::<R>((from, to), &mut samples.picked, out);
                     patches.jump(to, |patch, end| self.leave(&patch, end, swarm, out));
-                    inside = f64::NAN;
+                    inside.from = f64::NAN;
                     continue;
                 }
                 Found::Cell(cell) if ahead < T::of(cell.to) => {
-                    let Stretch { program, clearance, to, .. } = cell;
                     let leave = |patch, end| self.leave(&patch, end, swarm, out);
-                    let n = patches.step(program, &mut samples.scratch, clearance, T::of(to), leave);
-                    let ops = program.ops();
-                    cells.probe(ops, n);
+                    let points = patches.step(&cell, &mut samples.scratch, leave);
+                    let ops = cell.program.ops();
+                    cells.probe(ops, points);
                     continue;
                 }
                 Found::Cell(cell) if T::of(cell.to) > near => {
-                    let (from, to) = (T::of(cell.from), T::of(cell.to));
-                    parted |= cell.near;
-                    if parted && inside != cell.from {
-                        inside = cell.from;
-                        swarm.enter::<R>((from, to), &mut samples.picked);
-                        // Some may have to take a shorter step first.
-                        if !(swarm.nearest() >= from && swarm.nearest() < to) {
-                            continue;
-                        }
-                    }
-                    (Span { until: to, edge: if cell.near { to } else { T::INFINITY } }, cell.program)
+                    inside.parted |= cell.near;
+                    let until = T::of(cell.to);
+                    let edge = if cell.near { until } else { T::INFINITY };
+                    (cell.from, Span { until, edge }, cell.program)
                 }
-                _ if ahead < T::INFINITY => {
+                _ if patches.under_way() => {
                     patches.stop(|patch, end| self.leave(&patch, end, swarm, out));
                     continue;
                 }
-                _ => {
-                    if parted && inside != EVERYWHERE {
-                        inside = EVERYWHERE;
-                        swarm.enter::<R>((near, T::INFINITY), &mut samples.picked);
-                        if swarm.nearest() < near {
-                            continue;
-                        }
-                    }
-                    (Span::ALL, cells.whole(job.field))
-                }
+                _ => (EVERYWHERE, Span::ALL, cells.whole(job.field)),
             };
+            if inside.enter::<T, R>(from, (near, span.until), swarm, &mut samples.picked) {
+                continue;
+            }
             let ops = field.ops();
             swarm.pick(span.until, &mut samples.picked);
             let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
@@ -115,5 +98,33 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
             }
             Patch::Rays(t) => patch.few(|pixels| swarm.add::<R>(self.job.rays, pixels, t)),
         }
+    }
+}
+
+/// Where a stretch begins that is none: the whole field.
+const EVERYWHERE: f64 = f64::NEG_INFINITY;
+
+/// The stretch that rays are in, by its beginning. Once one had a field of its own, none is stepped into from another.
+struct Inside {
+    parted: bool,
+    from: f64,
+}
+
+impl Inside {
+    /// Rays come to a stretch. Whether some of them have to take a shorter step first.
+    fn enter<T: Native, R: Rule<T::Lanes>>(
+        &mut self,
+        from: f64,
+        (near, to): (T, T),
+        swarm: &mut Swarm<T>,
+        picked: &mut Vec<u32>,
+    ) -> bool {
+        if !self.parted || self.from == from {
+            return false;
+        }
+        self.from = from;
+        let begin = if from == EVERYWHERE { near } else { T::of(from) };
+        swarm.enter::<R>((begin, to), picked);
+        !(swarm.nearest() >= begin && swarm.nearest() < to)
     }
 }

@@ -5,7 +5,7 @@ use sdfrs_core::{Limits, Scalar, Scratch, Status, eval::Native};
 use super::{
     Job, Ray, TILE,
     columns::Columns,
-    swarm::{End, Sink},
+    ends::{End, Sink},
 };
 use crate::tracer::walk::{Next, Range, Sample, Tally, Walk};
 
