@@ -286,6 +286,11 @@ mod tests {
             let pixels = Order::in_blocks(&rays, [64, 16], &Control::new()).block(0).unwrap().corners();
             rays.bundle(&pixels, &mut corners);
             let beam = Beam::between::<f32>(&corners).unwrap();
+            for ray in (0..rays.count()).map(|i| rays.ray(i)) {
+                let off: [f64; 3] = array::from_fn(|a| f64::from(ray.direction[a]) - beam.direction[a]);
+                let along = dot(off, beam.direction).abs() / dot(beam.direction, beam.direction).sqrt();
+                assert!(along <= beam.bulge && dot(off, off).sqrt() <= beam.spread, "{kind:?}: {off:?}");
+            }
             for (lo, hi) in [(0.0, 0.1), (2.0, 2.25), (5.0, 9.0)] {
                 let cell = beam.cell(lo, hi);
                 let mut most: f64 = 0.0;

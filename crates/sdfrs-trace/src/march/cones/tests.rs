@@ -3,8 +3,9 @@ use super::*;
 use crate::{
     Tracer,
     camera::{Camera, Kind},
-    march::order::Order,
+    march::{order::Order, swarm::Swarm},
     render::CameraRays,
+    tracer::basic::Basic,
 };
 use sdfrs_core::{Control, Program, Shape, Value};
 
@@ -126,4 +127,29 @@ fn nothing_is_left_out<T: Native>() {
 fn patches_stop_before_anything_is_met() {
     nothing_is_left_out::<f32>();
     nothing_is_left_out::<f64>();
+}
+
+#[test]
+fn rays_of_a_patch_begin_where_it_stopped() {
+    let rays = &cameras::<f32>()[1];
+    let mut swarm = Swarm::default();
+    let (mut count, mut depths) = (0, Vec::new());
+    groups(rays, |patches| {
+        for patch in &patches.of {
+            let t = 0.5 + 0.01 * depths.len() as f32;
+            patch.few(|pixels| swarm.add::<Basic>(rays, pixels, t));
+            patch.few(|pixels| count += pixels.len());
+            depths.push(t);
+        }
+    });
+    assert_eq!((swarm.alive(), swarm.packs().len()), (39 * 30, depths.len()));
+    assert_eq!((count, swarm.nearest()), (39 * 30, 0.5));
+    let mut under_way = 0;
+    for (pack, t) in swarm.packs().iter().zip(depths) {
+        for lane in (0..16).filter(|lane| pack.rays.t.lane(*lane) < f32::INFINITY) {
+            assert_eq!((pack.rays.t.lane(lane), pack.state.t.lane(lane), pack.steps[lane]), (t, t, 0));
+            under_way += 1;
+        }
+    }
+    assert_eq!(under_way, 39 * 30);
 }
