@@ -55,7 +55,7 @@ use worker::Worker;
 pub const TILE: usize = 1024;
 /// Operations from which on automatic pruning steps over empty cells, or shortens programs; and operations
 /// times rays: few rays fill cells badly, and small programs gain less than a probe costs.
-const WORTH_SKIPPING: (u64, u64) = (20, 5_000_000);
+const WORTH_SKIPPING: (u64, u64) = (20, 2_000_000);
 const WORTH_SHORTENING: (u64, u64) = (150, 10_000_000);
 
 /// One ray, direction of unit length.
