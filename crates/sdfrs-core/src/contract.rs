@@ -31,8 +31,8 @@ pub enum Prune {
     Off,
     /// Only operands that cannot win are dropped: values, steps and fallbacks keep their bits.
     Exact,
-    /// Cells proven empty are stepped over as well, and elsewhere what no ray of a cell meets is left out: the same
-    /// status, other steps.
+    /// Cells proven empty are stepped over as well, by whole patches of a picture, and elsewhere what no ray of a cell meets is
+    /// left out: the same status, other steps.
     Skip,
     /// One of these, where it pays: exact, or `skip`.
     Auto {
