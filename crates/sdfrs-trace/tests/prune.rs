@@ -6,7 +6,12 @@
 use sdfrs_core::{
     Control, Hits, Limits, Program, Prune, Rays, Shape, Span, Status, Value, contract, eval::Native,
 };
-use sdfrs_trace::{Camera, SearchForm, Tracer, camera::Kind, march, render::trace_camera};
+use sdfrs_trace::{
+    Camera, SearchForm, Tracer,
+    camera::Kind,
+    march::{self, Source},
+    render::{CameraRays, trace_camera},
+};
 
 fn build(op: &str, args: &[(&str, Value)], children: &[&Shape]) -> Shape {
     let args = args.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
@@ -207,6 +212,38 @@ fn compare_large<T: Native>(seed: u64) {
             let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && h.status[i] == 1);
             let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - h.t[i]).f64().abs() > 1.5e-4);
             assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());
+        }
+    }
+}
+
+/// Whatever stood in the memory before.
+#[test]
+fn results_over_old_ones_are_those_of_new_memory() {
+    let mut random = Random(8);
+    let shape = tree(&mut random, 20);
+    let view = camera(&mut random);
+    let program = Program::<f32>::for_tracing(&shape).unwrap();
+    for tracer in [tracers()[0], tracers()[2]] {
+        let rays = CameraRays::<f32>::new(&view, &tracer, 20.0).unwrap();
+        for prune in [Prune::Off, Prune::Exact, Prune::Skip] {
+            let limits = Limits { eps: 1e-4, cone: 0.0, max_steps: 300, prune };
+            let over =
+                |old| march::trace_over(&program, &tracer, &rays, &limits, &Control::new(), old).unwrap();
+            let n = rays.count();
+            let old = Hits {
+                t: vec![0.5; n],
+                status: vec![1; n],
+                steps: vec![77; n],
+                fallbacks: vec![3; n],
+                multiplier: vec![9.0; n],
+                distance: vec![-1.0; n],
+                witness: vec![4.0; n],
+                flags: vec![7; n],
+                ..Hits::default()
+            };
+            let (new, used) = (over(Hits::default()), over(old));
+            assert_eq!(bits(&new), bits(&used), "{tracer:?} {prune:?}");
+            assert!(new.distance == used.distance && new.status.contains(&0) && new.status.contains(&1));
         }
     }
 }

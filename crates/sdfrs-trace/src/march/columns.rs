@@ -1,6 +1,6 @@
 //! What a trace writes, tile by tile: straight into the rows of the hits that the tile covers.
 
-use sdfrs_core::{Hits, Real, Scalar, contract::Work};
+use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
 
 use super::{
     ends::{Crossing, End, Sink},
@@ -10,6 +10,8 @@ use super::{
 /// The part of all hits that belongs to one tile: pieces of rows.
 pub struct Columns<'a, T> {
     rows: Vec<Row<'a, T>>,
+    /// Nobody has written to it.
+    new: bool,
     /// Largest threshold that decided a hit.
     pub threshold: T,
     /// Rays whose surface has to be refined yet.
@@ -73,15 +75,19 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
     }
     #[inline(always)]
-    fn same<const N: usize>(&mut self, place: u32, end: &End<T>) {
+    fn pass(&mut self, place: u32, n: usize) {
+        let new = self.new;
         let (row, k) = self.at(place);
-        let to = k..k + N;
-        row.t[to.clone()].copy_from_slice(&[end.t; N]);
-        row.status[to.clone()].copy_from_slice(&[end.status as u8; N]);
-        row.steps[to.clone()].copy_from_slice(&[end.steps; N]);
-        row.multiplier[to.clone()].copy_from_slice(&[end.multiplier; N]);
-        row.distance[to.clone()].copy_from_slice(&[end.r; N]);
-        row.witness[to].copy_from_slice(&[end.witness; N]);
+        let to = k..k + n;
+        row.t[to.clone()].fill(T::INFINITY);
+        row.multiplier[to.clone()].fill(T::of(1.0));
+        row.distance[to.clone()].fill(T::INFINITY);
+        // The others are 0, as pages are that nobody has written to.
+        if !new {
+            row.status[to.clone()].fill(Status::Miss as u8);
+            row.steps[to.clone()].fill(0);
+            row.witness[to].fill(T::of(0.0));
+        }
     }
     #[inline]
     fn hit(&mut self, threshold: T) {
@@ -93,7 +99,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
 }
 
 /// The hits as the tiles of an order.
-pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order) -> Vec<Columns<'a, T>> {
+pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> Vec<Columns<'a, T>> {
     let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
     let (mut times, mut statuses) = (Cut(t), Cut(status));
     let (mut step_counts, mut fallback_counts) = (Cut(steps), Cut(fallbacks));
@@ -101,6 +107,7 @@ pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order) -> Vec<Columns
     let (mut witnesses, mut notes) = (Cut(witness), Cut(flags));
     let tile = |_| Columns {
         rows: Vec::new(),
+        new,
         threshold: T::of(0.0),
         crossings: Vec::new(),
         work: Work { quiet: true, ..Work::default() },

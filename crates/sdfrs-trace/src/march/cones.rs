@@ -3,8 +3,6 @@
 //!
 //! Law: what a cone steps over holds no hit (tests below, crates/sdfrs-trace/tests/prune.rs).
 
-use std::array;
-
 use sdfrs_core::{
     Field, Real, Scalar, Scratch,
     eval::{Kernel, Lanes, Native, vectorise},
@@ -65,7 +63,9 @@ pub enum Patch<T> {
 pub struct Patches<T: Native> {
     cones: Vec<Cones<T::Lanes>>,
     of: Vec<Rectangle>,
+    /// The rays at their corners.
     wanted: [Vec<Wanted>; 4],
+    corners: [Bundle<T::Lanes>; 4],
     p: [Vec<T>; 3],
     r: Vec<T>,
     nearest: T,
@@ -79,6 +79,7 @@ impl<T: Native> Patches<T> {
             cones: Vec::new(),
             of: Vec::new(),
             wanted: Default::default(),
+            corners: [Bundle::blank(); 4],
             p: Default::default(),
             r: Vec::new(),
             nearest: T::INFINITY,
@@ -88,7 +89,6 @@ impl<T: Native> Patches<T> {
     /// Nobody.
     pub fn clear(&mut self) {
         self.of.clear();
-        self.cones.clear();
         self.nearest = T::INFINITY;
     }
 
@@ -102,17 +102,15 @@ impl<T: Native> Patches<T> {
                 wanted.push(corner);
             }
         });
-        for first in (0..self.of.len()).step_by(Self::WIDTH) {
-            let corners: [Bundle<T::Lanes>; 4] = array::from_fn(|corner| {
-                let mut bundle = Bundle::blank();
-                let end = self.of.len().min(first + Self::WIDTH);
-                rays.bundle(&self.wanted[corner][first..end], &mut bundle);
-                bundle
-            });
-            let mut cones = Cones::blank();
-            vectorise(Fit { corners: &corners, to: &mut cones });
-            (self.of.len() - first..Self::WIDTH).for_each(|lane| cones.ask.set(lane, T::INFINITY));
-            self.cones.push(cones);
+        let n = self.of.len();
+        self.cones.resize_with(n.div_ceil(Self::WIDTH), Cones::blank);
+        for (cones, from) in self.cones.iter_mut().zip((0..n).step_by(Self::WIDTH)) {
+            let to = n.min(from + Self::WIDTH);
+            for (bundle, wanted) in self.corners.iter_mut().zip(&self.wanted) {
+                rays.bundle(&wanted[from..to], bundle);
+            }
+            vectorise(Fit { corners: &self.corners, to: cones });
+            (to - from..Self::WIDTH).for_each(|lane| cones.ask.set(lane, T::INFINITY));
         }
         let n = self.cones.len() * Self::WIDTH;
         self.p.iter_mut().chain([&mut self.r]).for_each(|column| column.resize(n, T::of(0.0)));
@@ -134,6 +132,9 @@ impl<T: Native> Patches<T> {
 
     /// Nothing lies up to a depth.
     pub fn jump(&mut self, to: T, take: impl FnMut(Rectangle, Patch<T>)) {
+        if !self.under_way() {
+            return;
+        }
         for cones in &mut self.cones {
             vectorise(Jump { cones, to });
         }
@@ -265,6 +266,7 @@ impl<L: Lanes> Kernel for Fit<'_, L> {
         to.apart = apart.sqrt() * slack + ulp * far;
         to.along = along * slack + ulp * far;
         to.ask = to.t;
+        to.codes = [code::NONE; WIDEST];
     }
 }
 

@@ -30,21 +30,6 @@ pub struct End<T> {
 }
 
 impl<T: Scalar> End<T> {
-    /// A ray that has passed everything without a step.
-    pub fn passed() -> Self {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
-        Self {
-            t: T::INFINITY,
-            r: T::INFINITY,
-            witness: zero,
-            multiplier: one,
-            steps: 0,
-            fallbacks: 0,
-            status: Status::Miss,
-            flags: 0,
-        }
-    }
-
     #[inline(always)]
     pub fn of(status: Status, tally: &Tally<T>) -> Self {
         let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
@@ -56,8 +41,8 @@ impl<T: Scalar> End<T> {
 /// Where ended rays go.
 pub trait Sink<T> {
     fn end(&mut self, place: u32, end: &End<T>);
-    /// So many neighbours, from a place on, have come to the same end, without fallbacks and flags.
-    fn same<const N: usize>(&mut self, place: u32, end: &End<T>);
+    /// So many neighbours, from a place on, have passed everything without a step.
+    fn pass(&mut self, place: u32, n: usize);
     /// A threshold that decided a hit.
     fn hit(&mut self, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);

@@ -283,7 +283,7 @@ impl<T: Native> Job<'_, T> {
         if !used {
             hits = Hits::blank(self.rays.count());
         }
-        let mut tiles = columns::split(&mut hits, order);
+        let mut tiles = columns::split(&mut hits, order, !used);
         let work = || {
             tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
                 if !self.control.is_cancelled() {

@@ -9,7 +9,7 @@ use super::{
     cells::{Cells, Found},
     columns::Columns,
     cones::{Patch, Patches},
-    ends::{End, Sink},
+    ends::Sink,
     feed::Feed,
     order::Rectangle,
     swarm::{QUAD, Span, Swarm},
@@ -89,13 +89,11 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
     /// A patch's rays go on one by one, or are all at their ends.
     fn leave(&self, patch: &Rectangle, end: Patch<T>, swarm: &mut Swarm<T>, out: &mut Columns<T>) {
         match end {
-            Patch::Passed => {
-                let end = End::passed();
-                patch.rows(|place, _, columns| match columns.len() {
-                    QUAD => out.same::<QUAD>(place, &end),
-                    n => (place..).take(n).for_each(|place| out.end(place, &end)),
-                });
-            }
+            Patch::Passed => patch.rows(|place, _, columns| match columns.len() {
+                // A number known beforehand needs no loops.
+                QUAD => out.pass(place, QUAD),
+                n => out.pass(place, n),
+            }),
             Patch::Rays(t) => patch.few(|pixels| swarm.add::<R>(self.job.rays, pixels, t)),
         }
     }

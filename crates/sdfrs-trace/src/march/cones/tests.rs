@@ -1,4 +1,6 @@
 #![allow(clippy::unwrap_used)]
+use std::array;
+
 use super::*;
 use crate::{
     Tracer,
