@@ -45,11 +45,15 @@ impl Sizes {
     }
 
     /// The same where patches of a picture go first. They find by themselves what is empty, and larger groups have more
-    /// packs to step together; unless too much is in each. Few pixels are left in blocks for all threads.
+    /// packs to step together; unless too much is in each: then larger blocks share what is found of them.
     pub fn patches(pruner: &Pruner, pixels: usize) -> Self {
-        let block = if pixels < LARGE { 64 } else { 128 };
-        let crowded = pixels < SMALL || pruner.size() > pixels as u64 / SPARSE;
-        let (group, coarse) = if crowded { (16, 3.0) } else { (32, 1.0) };
+        let crowded = pruner.size() > pixels as u64 / SPARSE;
+        let (block, group, coarse) = match pixels {
+            ..SMALL => (64, 16, 3.0),
+            LARGE.. if crowded => (128, 16, 3.0),
+            _ if crowded => (64, 16, 3.0),
+            _ => (64, 32, 2.0),
+        };
         Self { block, group, coarse, fine: 0.75 }
     }
 }
