@@ -8,15 +8,10 @@ use std::ops::{BitAnd, BitOr, Not};
 /// What packs are compared to, and chosen by.
 pub trait Truth: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     const ALL: Self;
-    /// Whether it holds in any lane.
-    fn any(self) -> bool;
     /// A bit a lane.
     fn bits(self) -> u32;
     /// Adds 1 to the counts of the lanes in which it holds.
     fn count(self, counts: &mut [u32]);
-    /// The same, brought to memory: what is asked of single lanes would otherwise take the code apart that it comes
-    /// from.
-    fn settled(self) -> Self;
     /// The lanes whose count has come to `most`.
     fn at_least(counts: &[u32], most: u32) -> Self;
 }
@@ -49,14 +44,6 @@ impl<const W: usize> Not for Mask<W> {
 impl<const W: usize> Truth for Mask<W> {
     const ALL: Self = Mask([u32::MAX; W]);
     #[inline(always)]
-    fn any(self) -> bool {
-        let mut any = 0;
-        for i in 0..W {
-            any |= self.0[i];
-        }
-        any != 0
-    }
-    #[inline(always)]
     fn bits(self) -> u32 {
         let mut bits = 0;
         for i in 0..W {
@@ -72,13 +59,6 @@ impl<const W: usize> Truth for Mask<W> {
                 counts[i] = counts[i].wrapping_sub(self.0[i]);
             }
         }
-    }
-    #[inline(always)]
-    #[allow(unsafe_code)]
-    fn settled(mut self) -> Self {
-        // SAFETY: no instruction at all.
-        unsafe { std::arch::asm!("/* {0} */", in(reg) &mut self, options(nostack, preserves_flags)) };
-        self
     }
     #[inline(always)]
     fn at_least(counts: &[u32], most: u32) -> Self {

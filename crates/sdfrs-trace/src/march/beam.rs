@@ -19,6 +19,36 @@ const SLACK: f64 = 1e-6;
 /// What rounding adds to a direction's offset: its numbers are rounded one by one.
 const ROUNDED: f64 = 8.0 * f32::EPSILON as f64;
 
+/// What a step along rays is shortened by, so that rounding cannot lengthen it.
+pub const SHORTER: f64 = 1.0 - 1e-6;
+
+/// How far rays are from their mean one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Offsets<R> {
+    /// Largest offset of an origin along the mean direction, and in all.
+    pub along: R,
+    pub apart: R,
+    /// The same of a direction.
+    pub bulge: R,
+    pub spread: R,
+}
+
+impl<R: Real> Offsets<R> {
+    /// The largest along the mean direction and in all, up to a depth.
+    #[inline(always)]
+    pub fn to(&self, depth: R) -> [R; 2] {
+        [self.along + depth * self.bulge, self.apart + depth * self.spread]
+    }
+
+    /// How far from the mean ray's point at a depth a ball around it still holds all rays; negative where it does not even
+    /// there. And how far they are apart.
+    #[inline(always)]
+    pub fn inside(&self, t: R, ball: R) -> [R; 2] {
+        let [along, across] = self.to(t.abs() + ball);
+        [(ball * ball - across * across).max(R::c(0.0)).sqrt() - along, across]
+    }
+}
+
 /// The mean ray of a group, and how far the others are from it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Beam {
@@ -26,12 +56,7 @@ pub struct Beam {
     direction: [f64; 3],
     /// The direction's unit vector.
     axis: [f32; 3],
-    /// Largest offset of an origin along the mean direction, and in all.
-    along: f64,
-    apart: f64,
-    /// The same of a direction.
-    bulge: f64,
-    spread: f64,
+    off: Offsets<f64>,
     /// Largest end of the rays.
     pub t_max: f64,
 }
@@ -52,12 +77,10 @@ impl Beam {
         let beam = Self::of::<T, _>(|| std::iter::once(corners))?;
         // What lies within a cap does, and so does all between; a cap is smaller than half a sphere.
         let length = dot(beam.direction, beam.direction).sqrt();
-        let wide = beam.spread >= 1.0;
-        (!wide).then_some(Self {
-            bulge: beam.bulge.max((1.0 - length).abs()) + ROUNDED,
-            spread: beam.spread + ROUNDED,
-            ..beam
-        })
+        let wide = beam.off.spread >= 1.0;
+        let bulge = beam.off.bulge.max((1.0 - length).abs()) + ROUNDED;
+        let off = Offsets { bulge, spread: beam.off.spread + ROUNDED, ..beam.off };
+        (!wide).then_some(Self { off, ..beam })
     }
 
     fn of<'a, T: Native, I: Iterator<Item = &'a Bundle<T::Lanes>>>(rays: impl Fn() -> I) -> Option<Self> {
@@ -80,12 +103,14 @@ impl Beam {
         });
         let t_max =
             (0..T::Lanes::WIDTH).map(|l| extent.t_max.lane(l).f64()).fold(f64::NEG_INFINITY, f64::max);
-        Some(Self { origin, direction, axis: unit.map(|v| v as f32), along, apart, bulge, spread, t_max })
+        let off = Offsets { along, apart, bulge, spread };
+        Some(Self { origin, direction, axis: unit.map(|v| v as f32), off, t_max })
     }
 
     /// How wide the beam is at a depth.
     pub fn width(&self, t: f64) -> f64 {
-        2.0 * (self.apart + t.abs() * self.spread)
+        let [_, across] = self.off.to(t.abs());
+        2.0 * across
     }
 
     /// A ball around all points between two depths.
@@ -93,8 +118,8 @@ impl Beam {
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         let far = lo.abs().max(hi.abs());
         let centre: [f64; 3] = array::from_fn(|a| self.origin[a] + middle * self.direction[a]);
-        let along = self.along + half + far * self.bulge;
-        let across = self.apart + far * self.spread;
+        let [along, across] = self.off.to(far);
+        let along = along + half;
         let radius = (along * along + across * across).sqrt();
         // The centre as it is rounded, and points as any precision rounds them.
         let size = centre.iter().fold(radius, |s, c| s + c.abs());
@@ -105,10 +130,8 @@ impl Beam {
 
     /// How far along the beam a ball of that radius around its axis at `t` clears all rays: the depth.
     pub fn clear_to(&self, t: f64, radius: f64) -> f64 {
-        let across = self.apart + (t.abs() + radius) * self.spread;
-        let along = self.along + (t.abs() + radius) * self.bulge;
-        let half = (radius * radius - across * across).max(0.0).sqrt() - along;
-        t + half.max(0.0) * (1.0 - 1e-6)
+        let [half, _] = self.off.inside(t, radius);
+        t + half.max(0.0) * SHORTER
     }
 }
 
@@ -289,7 +312,10 @@ mod tests {
             for ray in (0..rays.count()).map(|i| rays.ray(i)) {
                 let off: [f64; 3] = array::from_fn(|a| f64::from(ray.direction[a]) - beam.direction[a]);
                 let along = dot(off, beam.direction).abs() / dot(beam.direction, beam.direction).sqrt();
-                assert!(along <= beam.bulge && dot(off, off).sqrt() <= beam.spread, "{kind:?}: {off:?}");
+                assert!(
+                    along <= beam.off.bulge && dot(off, off).sqrt() <= beam.off.spread,
+                    "{kind:?}: {off:?}"
+                );
             }
             for (lo, hi) in [(0.0, 0.1), (2.0, 2.25), (5.0, 9.0)] {
                 let cell = beam.cell(lo, hi);

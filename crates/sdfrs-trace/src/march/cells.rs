@@ -24,11 +24,13 @@ pub struct Sizes {
     pub group: usize,
     coarse: f64,
     fine: f64,
+    /// Whether patches go before rays.
+    pub patches: bool,
 }
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { block: 64, group: 16, coarse: 1.0, fine: 1.5 }
+        Self { block: 64, group: 16, coarse: 1.0, fine: 1.5, patches: false }
     }
 }
 
@@ -48,13 +50,9 @@ impl Sizes {
     /// packs to step together; unless too much is in each: then larger blocks share what is found of them.
     pub fn patches(pruner: &Pruner, pixels: usize) -> Self {
         let crowded = pruner.size() > pixels as u64 / SPARSE;
-        let (block, group, coarse) = match pixels {
-            ..SMALL => (64, 16, 3.0),
-            LARGE.. if crowded => (128, 16, 3.0),
-            _ if crowded => (64, 16, 3.0),
-            _ => (64, 32, 2.0),
-        };
-        Self { block, group, coarse, fine: 0.75 }
+        let block = if crowded && pixels >= LARGE { 128 } else { 64 };
+        let (group, coarse) = if crowded || pixels < SMALL { (16, 3.0) } else { (32, 2.0) };
+        Self { block, group, coarse, fine: 0.75, patches: true }
     }
 }
 
@@ -164,7 +162,7 @@ pub struct Stretch<'a, T: Native> {
 
 pub struct Cells<T: Native> {
     skip: bool,
-    sizes: Sizes,
+    pub sizes: Sizes,
     limit: Threshold<f64>,
     block: Beam,
     group: Beam,

@@ -12,28 +12,23 @@ use sdfrs_core::{
 
 use super::{
     Source,
+    beam::{Offsets, SHORTER},
     cells::Stretch,
     feed::{Bundle, Wanted},
-    order::Rectangle,
-    swarm::{QUAD, WIDEST},
+    order::{QUAD, Rectangle},
+    swarm::WIDEST,
 };
 
 /// A cone goes on while its steps are longer than this part of its width.
 const WORTH: f64 = 0.5;
-/// What rounding adds to offsets of directions and origins, in ulp of a direction; and what it takes from a step.
+/// What rounding adds to offsets of directions and origins, in ulp of a direction.
 const ROUNDED: f64 = 8.0;
-const SHORTER: f64 = 1.0 - 1e-6;
 
-/// Cones of as many patches as there are lanes: their mean rays, and how far the others are from these, as in
-/// [`super::beam::Beam`].
-#[derive(Clone)]
+/// Cones of as many patches as there are lanes: their mean rays, and how far the others are from these.
 struct Cones<L> {
     origin: [L; 3],
     direction: [L; 3],
-    along: L,
-    apart: L,
-    bulge: L,
-    spread: L,
+    off: Offsets<L>,
     t_max: L,
     /// Nothing lies before this depth; and where the field is wanted next, infinite where nobody goes on.
     t: L,
@@ -87,7 +82,7 @@ impl<T: Native> Patches<T> {
     }
 
     /// Nobody.
-    pub fn clear(&mut self) {
+    fn clear(&mut self) {
         self.of.clear();
         self.nearest = T::INFINITY;
     }
@@ -165,7 +160,7 @@ impl<T: Native> Patches<T> {
     /// All that are left go on as rays.
     pub fn stop(&mut self, mut take: impl FnMut(Rectangle, Patch<T>)) {
         for (i, patch) in self.of.iter().enumerate() {
-            let (cones, lane) = (&mut self.cones[i / Self::WIDTH], i % Self::WIDTH);
+            let (cones, lane) = (&self.cones[i / Self::WIDTH], i % Self::WIDTH);
             if cones.ask.lane(lane) < T::INFINITY {
                 take(*patch, Patch::Rays(cones.t.lane(lane)));
             }
@@ -197,10 +192,7 @@ impl<L: Lanes> Cones<L> {
         Self {
             origin: [zero; 3],
             direction: [zero; 3],
-            along: zero,
-            apart: zero,
-            bulge: zero,
-            spread: zero,
+            off: Offsets { along: zero, apart: zero, bulge: zero, spread: zero },
             t_max: zero,
             t: zero,
             ask: zero,
@@ -260,11 +252,13 @@ impl<L: Lanes> Kernel for Fit<'_, L> {
         let [[along, apart], [bulge, spread]] = offsets;
         // Directions between others lie in a cap around their mean, and the farthest along it in its middle. A cap is
         // smaller than half a sphere: others are never passed.
-        to.spread = spread.sqrt() * slack + ulp;
-        to.spread = L::pick(L::lt(to.spread, one), to.spread, L::splat(L::S::INFINITY));
-        to.bulge = bulge.max((one - length).abs()) * slack + ulp;
-        to.apart = apart.sqrt() * slack + ulp * far;
-        to.along = along * slack + ulp * far;
+        let spread = spread.sqrt() * slack + ulp;
+        to.off = Offsets {
+            along: along * slack + ulp * far,
+            apart: apart.sqrt() * slack + ulp * far,
+            bulge: bulge.max((one - length).abs()) * slack + ulp,
+            spread: L::pick(L::lt(spread, one), spread, L::splat(L::S::INFINITY)),
+        };
         to.ask = to.t;
         to.codes = [code::NONE; WIDEST];
     }
@@ -322,10 +316,7 @@ impl<T: Native> Kernel for Step<'_, T> {
         // The ball without a hit, and the part of the cone's axis around which all of it lies in the ball.
         let r = T::Lanes::load(self.r);
         let ball = ((r - T::Lanes::c(f64::from(above))) * T::Lanes::c(SHORTER / f64::from(slope))).max(zero);
-        let reach = cones.t.abs() + ball;
-        let across = cones.apart + reach * cones.spread;
-        let along = cones.along + reach * cones.bulge;
-        let half = (ball * ball - across * across).max(zero).sqrt() - along;
+        let [half, across] = cones.off.inside(cones.t, ball);
         let ahead = (cones.t + half * T::Lanes::c(SHORTER)).min(to);
         // What is no number goes nowhere.
         let t = T::Lanes::pick(T::Lanes::lt(cones.t, ahead), ahead, cones.t);

@@ -1,10 +1,15 @@
 //! Which rays step together: tiles in line, square blocks of a picture, or rays sorted by where they start
 //! and where they go.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use sdfrs_core::{Control, Hits, eval::Native};
 
-use super::{Source, columns::place, feed::Wanted, swarm::QUAD};
+use super::{Source, columns::place, feed::Wanted};
+
+/// Rays along a side of a patch, which shares a pack: neighbours in a row.
+pub const QUAD: usize = 4;
 
 /// Pixels from one corner to the other, which lies outside, in a block that begins at a third.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +31,7 @@ impl Rectangle {
     }
 
     /// Its rows: the place of each one's first result, and its pixels.
-    pub fn rows(&self, mut take: impl FnMut(u32, usize, std::ops::Range<usize>)) {
+    pub fn rows(&self, mut take: impl FnMut(u32, usize, Range<usize>)) {
         for y in self.from[1]..self.to[1] {
             take(place(y - self.block[1], self.from[0] - self.block[0]), y, self.from[0]..self.to[0]);
         }
@@ -34,18 +39,15 @@ impl Rectangle {
 
     /// Its pixels row by row.
     pub fn pixels(&self, rays: &mut Vec<Wanted>) {
-        self.rows(|place, y, columns| {
-            let pixels = columns.zip(place..);
-            rays.extend(pixels.map(|(x, place)| Wanted { x: x as u32, y: y as u32, place }));
-        });
+        self.rows(|place, y, columns| rays.extend(row(place, y, columns)));
     }
 
     /// Those of a patch, which has so few.
     pub fn few(&self, take: impl FnOnce(&[Wanted])) {
         let (mut few, mut n) = ([Wanted { x: 0, y: 0, place: 0 }; QUAD * QUAD], 0);
         self.rows(|place, y, columns| {
-            for (x, place) in columns.zip(place..) {
-                few[n] = Wanted { x: x as u32, y: y as u32, place };
+            for pixel in row(place, y, columns) {
+                few[n] = pixel;
                 n += 1;
             }
         });
@@ -56,6 +58,11 @@ impl Rectangle {
     pub fn squares(&self, side: usize, mut take: impl FnMut(Self)) {
         squares(self.from, self.to, [side; 2], |from, to| take(Self { block: self.block, from, to }));
     }
+}
+
+/// Pixels next to each other, whose results begin at a place.
+fn row(place: u32, y: usize, columns: Range<usize>) -> impl Iterator<Item = Wanted> {
+    columns.zip(place..).map(move |(x, place)| Wanted { x: x as u32, y: y as u32, place })
 }
 
 /// Rays in tiles.
@@ -171,11 +178,6 @@ impl Order {
             Kind::Blocks { width, height } => Some(rectangle(tile, self.block, [width, height])),
             _ => None,
         }
-    }
-
-    /// Rays along a group's side.
-    pub fn group(&self) -> usize {
-        self.group
     }
 
     /// Puts the results of sorted rays into the order of the rays.

@@ -187,9 +187,6 @@ impl<T: Scalar> Span<T> {
     pub const ALL: Self = Self { until: T::INFINITY, edge: T::INFINITY };
 }
 
-/// Rays along a side of a patch, which shares a pack: neighbours in a row.
-pub const QUAD: usize = 4;
-
 /// Rays under way.
 pub struct Swarm<T: Native> {
     /// The first `used` of them.

@@ -11,8 +11,8 @@ use super::{
     cones::{Patch, Patches},
     ends::Sink,
     feed::Feed,
-    order::Rectangle,
-    swarm::{QUAD, Span, Swarm},
+    order::{QUAD, Rectangle},
+    swarm::{Span, Swarm},
     worker::Samples,
 };
 use crate::tracer::guarded::Rule;

@@ -24,7 +24,6 @@ const PACKS: usize = 16;
 
 /// What a worker keeps from tile to tile.
 pub struct Worker<T: Native> {
-    skip: bool,
     swarms: Vec<Swarm<T>>,
     patches: Patches<T>,
     cells: Cells<T>,
@@ -91,7 +90,7 @@ impl<T: Native> Worker<T> {
             Samples { scratch: Scratch::new(), picked: Vec::new(), p: Default::default(), r: Vec::new() };
         let (swarms, wanted, groups) = (Vec::new(), Vec::new(), Vec::new());
         let (patches, cells) = (Patches::new(), Cells::new(skip, sizes, limit));
-        Self { skip, swarms, patches, cells, samples, wanted, groups, start }
+        Self { swarms, patches, cells, samples, wanted, groups, start }
     }
 
     /// Walks the rays of a tile to their ends.
@@ -130,9 +129,7 @@ impl<T: Native> Worker<T> {
         self.cells.prepare(pruner);
         let sweep = Sweep { job, pruner, rule };
         match order.block(block) {
-            Some(pixels) if self.skip && job.rays.planar() => {
-                self.sweep_pixels(&sweep, pixels, order.group(), out);
-            }
+            Some(pixels) if self.cells.sizes.patches => self.sweep_pixels(&sweep, pixels, out),
             _ => self.sweep_rays(&sweep, (order, block), out),
         }
         self.finish(job, out);
@@ -162,7 +159,6 @@ impl<T: Native> Worker<T> {
         }
         for swarm in swarms {
             let beam = whole.and_then(|_| Beam::around(std::slice::from_ref(swarm)));
-            patches.clear();
             sweep.group(beam, patches, swarm, cells, samples, out);
         }
     }
@@ -172,7 +168,6 @@ impl<T: Native> Worker<T> {
         &mut self,
         sweep: &Sweep<T, R>,
         block: Rectangle,
-        group: usize,
         out: &mut Columns<T>,
     ) {
         let Self { swarms, cells, samples, patches, .. } = self;
@@ -187,7 +182,7 @@ impl<T: Native> Worker<T> {
         if let Some(beam) = whole {
             cells.begin_block(beam);
         }
-        block.squares(group, |pixels| {
+        block.squares(cells.sizes.group, |pixels| {
             let beam = whole.and_then(|_| beam(&pixels));
             patches.begin(rays, pixels);
             swarms[0].clear();

@@ -33,7 +33,7 @@ fn cameras<T: Native>() -> Vec<CameraRays<T>> {
 fn groups<T: Native>(rays: &CameraRays<T>, mut take: impl FnMut(&mut Patches<T>)) {
     let order = Order::in_blocks(rays, [64, 16], &Control::new());
     let mut patches = Patches::new();
-    order.block(0).unwrap().squares(order.group(), |group| {
+    order.block(0).unwrap().squares(16, |group| {
         patches.begin(rays, group);
         take(&mut patches);
     });
@@ -61,8 +61,8 @@ fn cones_hold_their_rays<T: Native>() {
                 let v = cones.direction.each_ref().map(at);
                 let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
                 for t in [0.0, 0.3, 4.0, T_MAX] {
-                    let across = at(&cones.apart) + t * at(&cones.spread);
-                    let along = at(&cones.along) + t * at(&cones.bulge);
+                    let across = at(&cones.off.apart) + t * at(&cones.off.spread);
+                    let along = at(&cones.off.along) + t * at(&cones.off.bulge);
                     // Points are rounded, too.
                     let noise = 8.0 * T::EPS.f64() * (4.0 + t);
                     for p in points(&rays, *patch, t) {
