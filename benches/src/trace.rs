@@ -9,7 +9,7 @@ use sdfrs_core::{
 };
 use sdfrs_trace::{
     Tracer,
-    march::{Bundle, Ray, Source, WIDEST, Wanted, trace_over},
+    march::{Bundle, Pixel, Ray, Source, WIDEST, trace_over},
 };
 
 use crate::{Scene, fidget_peer::Jit};
@@ -165,8 +165,8 @@ impl Source<f32> for Eye {
     fn planar(&self) -> bool {
         true
     }
-    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<Lanes>) {
-        vectorise(Rays { side: self.side, wanted, to });
+    fn bundle(&self, pixels: &[Pixel], to: &mut Bundle<Lanes>) {
+        vectorise(Rays { side: self.side, pixels, to });
     }
 }
 
@@ -175,7 +175,7 @@ type Lanes = Pack<f32, WIDEST>;
 /// A pack of an eye's rays.
 struct Rays<'a> {
     side: usize,
-    wanted: &'a [Wanted],
+    pixels: &'a [Pixel],
     to: &'a mut Bundle<Lanes>,
 }
 
@@ -183,10 +183,10 @@ impl Kernel for Rays<'_> {
     #[inline(always)]
     fn run(self) {
         let (mut x, mut y) = ([0u32; WIDEST], [0u32; WIDEST]);
-        let last = self.wanted.len() - 1;
+        let last = self.pixels.len() - 1;
         for lane in 0..WIDEST {
-            let pixel = self.wanted[lane.min(last)];
-            (x[lane], y[lane]) = (pixel.x, pixel.y);
+            let pixel = self.pixels[lane.min(last)];
+            (x[lane], y[lane]) = (pixel.x(), pixel.y());
         }
         let (x, y) = (Pack(x.map(|x| x as f32)), Pack(y.map(|y| y as f32)));
         *self.to = Bundle {

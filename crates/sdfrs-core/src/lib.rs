@@ -9,6 +9,7 @@ pub mod error;
 pub mod eval;
 pub mod field;
 pub mod file;
+pub mod fresh;
 mod fuse;
 pub mod graph;
 pub mod grid;

@@ -16,7 +16,7 @@ use crate::{
     budget,
     camera::{Camera, Frame},
     error::TraceError,
-    march::{Bundle, Ray, Source, WIDEST, Wanted},
+    march::{Bundle, Pixel, Ray, Source, WIDEST},
     shade::{Light, PointLight, Shading, Surface},
     stats::Summary,
     tracer::Tracer,
@@ -103,15 +103,15 @@ impl<T: Native> Source<T> for CameraRays<T> {
         let length = T::len3(d[0], d[1], d[2]);
         Ray { origin: o.map(T::of), direction: d.map(|v| v / length), t_min: T::of(0.0), t_max: self.t_max }
     }
-    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<T::Lanes>) {
-        vectorise(Lines { rays: self, wanted, to });
+    fn bundle(&self, pixels: &[Pixel], to: &mut Bundle<T::Lanes>) {
+        vectorise(Lines { rays: self, pixels, to });
     }
 }
 
 /// A camera's rays, a pack at a time. Law: the bits of `CameraRays::ray` (tests below).
 struct Lines<'a, T: Native> {
     rays: &'a CameraRays<T>,
-    wanted: &'a [Wanted],
+    pixels: &'a [Pixel],
     to: &'a mut Bundle<T::Lanes>,
 }
 
@@ -121,19 +121,19 @@ impl<T: Native> Kernel for Lines<'_, T> {
         type Double = <f64 as Native>::Lanes;
         let mut lines = [[0.0f64; WIDEST]; 6];
         for at in (0..T::Lanes::WIDTH).step_by(Double::WIDTH) {
-            let rest = self.wanted.get(at..).unwrap_or_default();
-            let short: [Wanted; Double::WIDTH];
+            let rest = self.pixels.get(at..).unwrap_or_default();
+            let short: [Pixel; Double::WIDTH];
             let pixels = match rest.first_chunk() {
                 Some(pixels) => pixels,
                 None => {
-                    short = few(rest, self.wanted.last());
+                    short = few(rest, self.pixels.last());
                     &short
                 }
             };
             let (mut x, mut y) = (Double::c(0.0), Double::c(0.0));
             for lane in 0..Double::WIDTH {
-                x.set(lane, f64::from(pixels[lane].x));
-                y.set(lane, f64::from(pixels[lane].y));
+                x.set(lane, f64::from(pixels[lane].x()));
+                y.set(lane, f64::from(pixels[lane].y()));
             }
             let (o, d) = self.rays.frame.lanes(x, y);
             for a in 0..3 {
@@ -162,8 +162,8 @@ impl<T: Native> Kernel for Lines<'_, T> {
 /// A pack that is not full: the last pixel again.
 #[cold]
 #[inline(never)]
-fn few<const N: usize>(rest: &[Wanted], last: Option<&Wanted>) -> [Wanted; N] {
-    let last = last.copied().unwrap_or(Wanted { x: 0, y: 0, place: 0 });
+fn few<const N: usize>(rest: &[Pixel], last: Option<&Pixel>) -> [Pixel; N] {
+    let last = last.copied().unwrap_or_default();
     std::array::from_fn(|lane| rest.get(lane).copied().unwrap_or(last))
 }
 

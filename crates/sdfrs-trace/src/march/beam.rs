@@ -218,7 +218,7 @@ mod tests {
     use crate::{
         Tracer,
         camera::{Camera, Kind},
-        march::{Ray, Source, Wanted, feed::Feed, order::Order, start::Start},
+        march::{Pixel, Ray, Source, feed::{Feed, Wanted}, order::Order, start::Start},
         render::CameraRays,
         tracer::basic::Basic,
     };
@@ -248,7 +248,7 @@ mod tests {
             let origin = array::from_fn(|a| [1.0, 2.0, 3.0][a] + apart * unit());
             fan.0.push(Ray { origin, direction: v.map(|x| x / length), t_min: 0.0, t_max: 50.0 });
         }
-        let wanted: Vec<Wanted> = (0..300).map(|x| Wanted { x, y: 0, place: x }).collect();
+        let wanted: Vec<Wanted> = (0..300).map(|i| Wanted { pixel: Pixel(i), place: i }).collect();
         let mut swarm = Swarm::default();
         swarm.fill::<Basic>(&mut Feed::new(&fan, &wanted, Start::unknown()), usize::MAX);
         (fan, swarm)

@@ -11,10 +11,10 @@ use sdfrs_core::{
 };
 
 use super::{
-    Source,
+    Pixel, Source,
     beam::{Offsets, SHORTER},
     cells::Stretch,
-    feed::{Bundle, Wanted},
+    feed::Bundle,
     order::{QUAD, Rectangle},
     swarm::WIDEST,
 };
@@ -59,7 +59,7 @@ pub struct Patches<T: Native> {
     cones: Vec<Cones<T::Lanes>>,
     of: Vec<Rectangle>,
     /// The rays at their corners.
-    wanted: [Vec<Wanted>; 4],
+    pixels: [Vec<Pixel>; 4],
     corners: [Bundle<T::Lanes>; 4],
     p: [Vec<T>; 3],
     r: Vec<T>,
@@ -73,7 +73,7 @@ impl<T: Native> Patches<T> {
         Self {
             cones: Vec::new(),
             of: Vec::new(),
-            wanted: Default::default(),
+            pixels: Default::default(),
             corners: [Bundle::blank(); 4],
             p: Default::default(),
             r: Vec::new(),
@@ -90,19 +90,19 @@ impl<T: Native> Patches<T> {
     /// Those of a rectangle of pixels of a planar source.
     pub fn begin(&mut self, rays: &dyn Source<T>, group: Rectangle) {
         self.clear();
-        self.wanted.iter_mut().for_each(Vec::clear);
+        self.pixels.iter_mut().for_each(Vec::clear);
         group.squares(QUAD, |patch| {
             self.of.push(patch);
-            for (corner, wanted) in patch.corners().into_iter().zip(&mut self.wanted) {
-                wanted.push(corner);
+            for (corner, pixels) in patch.corners().into_iter().zip(&mut self.pixels) {
+                pixels.push(corner);
             }
         });
         let n = self.of.len();
         self.cones.resize_with(n.div_ceil(Self::WIDTH), Cones::blank);
         for (cones, from) in self.cones.iter_mut().zip((0..n).step_by(Self::WIDTH)) {
             let to = n.min(from + Self::WIDTH);
-            for (bundle, wanted) in self.corners.iter_mut().zip(&self.wanted) {
-                rays.bundle(&wanted[from..to], bundle);
+            for (bundle, pixels) in self.corners.iter_mut().zip(&self.pixels) {
+                rays.bundle(&pixels[from..to], bundle);
             }
             vectorise(Fit { corners: &self.corners, to: cones });
             (to - from..Self::WIDTH).for_each(|lane| cones.ask.set(lane, T::INFINITY));

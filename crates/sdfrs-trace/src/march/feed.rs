@@ -6,7 +6,7 @@ use sdfrs_core::{
 };
 
 use super::{
-    Ray, Source,
+    Pixel, Ray, Source,
     start::Start,
     swarm::{Pack, WIDEST},
 };
@@ -49,10 +49,10 @@ impl<L: Lanes> Bundle<L> {
     }
 }
 
-/// Which rays are to come: pixels by column and row, and the place of each one's result.
+/// Which rays are to come, and the place of each one's result.
 pub struct Feed<'a, T: Native> {
     rays: &'a dyn Source<T>,
-    /// Columns, rows and places of the rays that wait; the next is `at`.
+    /// The rays that wait; the next is `at`.
     order: &'a [Wanted],
     at: usize,
     bundle: Bundle<T::Lanes>,
@@ -67,8 +67,7 @@ pub struct Feed<'a, T: Native> {
 /// A ray to come.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
-    pub x: u32,
-    pub y: u32,
+    pub pixel: Pixel,
     /// Where its result goes.
     pub place: u32,
 }
@@ -132,7 +131,9 @@ pub fn make<T: Native>(
 ) -> usize {
     let next = &order[..order.len().min(T::Lanes::WIDTH)];
     if !next.is_empty() {
-        rays.bundle(next, to);
+        let mut pixels = [Pixel::default(); WIDEST];
+        pixels.iter_mut().zip(next).for_each(|(pixel, wanted)| *pixel = wanted.pixel);
+        rays.bundle(&pixels[..next.len()], to);
         // A way without an end ends at the largest number: infinity marks a free lane.
         to.t_max = to.t_max.min(T::Lanes::splat(T::MAX));
     }

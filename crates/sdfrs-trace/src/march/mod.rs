@@ -14,6 +14,7 @@ mod ends;
 mod feed;
 mod kernels;
 mod order;
+mod pixel;
 mod refine;
 mod start;
 mod swarm;
@@ -44,9 +45,10 @@ use crate::{
 };
 use cells::Sizes;
 use columns::Columns;
-pub use feed::{Bundle, Wanted};
+pub use feed::Bundle;
 use order::Order;
 pub use order::squares;
+pub use pixel::Pixel;
 use start::Start;
 pub use swarm::WIDEST;
 use worker::Worker;
@@ -71,7 +73,7 @@ pub struct Ray<T> {
 pub trait Source<T: Native>: Sync {
     fn count(&self) -> usize;
     fn ray(&self, i: usize) -> Ray<T>;
-    /// Rays of a row, where they are a picture row by row.
+    /// Rays of a row, where they are a picture row by row: at most [`Pixel::MOST`], in as many rows.
     fn width(&self) -> Option<usize> {
         None
     }
@@ -84,13 +86,15 @@ pub trait Source<T: Native>: Sync {
     fn planar(&self) -> bool {
         false
     }
-    /// A pack of rays, by their columns and rows (row 0 where there is no picture); lanes beyond are as the
-    /// last one.
-    fn bundle(&self, wanted: &[Wanted], to: &mut Bundle<T::Lanes>) {
-        let width = self.width().unwrap_or(0);
+    /// A pack of rays; lanes beyond are as the last one.
+    fn bundle(&self, pixels: &[Pixel], to: &mut Bundle<T::Lanes>) {
+        let number = |pixel: &Pixel| match self.width() {
+            Some(width) => pixel.y() as usize * width + pixel.x() as usize,
+            None => pixel.0 as usize,
+        };
         for lane in 0..T::Lanes::WIDTH {
-            if let Some(w) = wanted.get(lane).or(wanted.last()) {
-                to.set(lane, &self.ray(w.y as usize * width + w.x as usize));
+            if let Some(pixel) = pixels.get(lane).or(pixels.last()) {
+                to.set(lane, &self.ray(number(pixel)));
             }
         }
     }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use sdfrs_core::{Control, Hits, eval::Native};
 
-use super::{Source, columns::place, feed::Wanted};
+use super::{Pixel, Source, columns::place, feed::Wanted};
 
 /// Rays along a side of a patch, which shares a pack: neighbours in a row.
 pub const QUAD: usize = 4;
@@ -21,13 +21,9 @@ pub struct Rectangle {
 
 impl Rectangle {
     /// The pixels in its corners.
-    pub fn corners(&self) -> [Wanted; 4] {
+    pub fn corners(&self) -> [Pixel; 4] {
         let [[left, top], [right, bottom]] = [self.from, self.to.map(|end| end - 1)];
-        [[left, top], [right, top], [left, bottom], [right, bottom]].map(|[x, y]| Wanted {
-            x: x as u32,
-            y: y as u32,
-            place: 0,
-        })
+        [[left, top], [right, top], [left, bottom], [right, bottom]].map(|[x, y]| Pixel::at(x, y))
     }
 
     /// Its rows: the place of each one's first result, and its pixels.
@@ -44,7 +40,7 @@ impl Rectangle {
 
     /// Those of a patch, which has so few.
     pub fn few(&self, take: impl FnOnce(&[Wanted])) {
-        let (mut few, mut n) = ([Wanted { x: 0, y: 0, place: 0 }; QUAD * QUAD], 0);
+        let (mut few, mut n) = ([Wanted { pixel: Pixel::default(), place: 0 }; QUAD * QUAD], 0);
         self.rows(|place, y, columns| {
             for pixel in row(place, y, columns) {
                 few[n] = pixel;
@@ -62,7 +58,7 @@ impl Rectangle {
 
 /// Pixels next to each other, whose results begin at a place.
 fn row(place: u32, y: usize, columns: Range<usize>) -> impl Iterator<Item = Wanted> {
-    columns.zip(place..).map(move |(x, place)| Wanted { x: x as u32, y: y as u32, place })
+    columns.zip(place..).map(move |(x, place)| Wanted { pixel: Pixel::at(x, y), place })
 }
 
 /// Rays in tiles.
@@ -75,8 +71,8 @@ pub struct Order {
 }
 
 enum Kind {
-    /// Rays one after the other, so many a tile; rows are so wide.
-    Line { size: usize, width: usize },
+    /// Rays one after the other, so many a tile; rows of a picture are so wide.
+    Line { size: usize, width: Option<usize> },
     /// Blocks of a picture.
     Blocks { width: usize, height: usize },
     /// Blocks of rays, by number.
@@ -88,7 +84,7 @@ impl Order {
         let count = rays.count();
         Self {
             count,
-            kind: Kind::Line { size, width: rays.width().unwrap_or(count).max(1) },
+            kind: Kind::Line { size, width: rays.width() },
             block: 1,
             group: 1,
         }
@@ -141,25 +137,15 @@ impl Order {
         match &self.kind {
             Kind::Line { size, width } => {
                 let first = tile * size;
-                let end = self.count.min(first + size);
-                let mut at = first;
-                while at < end {
-                    let (x, y) = (at % width, at / width);
-                    let n = (width - x).min(end - at);
-                    let from = at - first;
-                    rays.extend((0..n).map(|i| Wanted {
-                        x: (x + i) as u32,
-                        y: y as u32,
-                        place: place(0, from + i),
-                    }));
-                    at += n;
-                }
+                let some = first..self.count.min(first + size);
+                let pixel = |i: usize| width.map_or(Pixel(i as u32), |width| Pixel::at(i % width, i / width));
+                rays.extend(some.map(|i| Wanted { pixel: pixel(i), place: place(0, i - first) }));
                 groups.push(rays.len());
             }
             Kind::Sorted(order) => {
                 let first = tile * block * block;
                 let ids = order[first..].iter().take(block * block).enumerate();
-                rays.extend(ids.map(|(i, ray)| Wanted { x: *ray, y: 0, place: place(0, i) }));
+                rays.extend(ids.map(|(i, ray)| Wanted { pixel: Pixel(*ray), place: place(0, i) }));
                 groups.extend((group * group..rays.len()).step_by(group * group));
                 groups.push(rays.len());
             }

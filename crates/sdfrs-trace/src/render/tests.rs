@@ -124,9 +124,9 @@ fn packs_of_rays_and_pixels_have_the_bits_of_one() {
         let width = camera.width as usize;
         let (count, pack) = (rays.count(), T::Lanes::WIDTH);
         for first in (0..count).step_by(pack) {
-            let pixel = |i: usize| Wanted { x: (i % width) as u32, y: (i / width) as u32, place: 0 };
-            let wanted: Vec<Wanted> = (first..count.min(first + pack)).map(pixel).collect();
-            rays.bundle(&wanted, &mut bundle);
+            let pixel = |i: usize| Pixel::at(i % width, i / width);
+            let pixels: Vec<Pixel> = (first..count.min(first + pack)).map(pixel).collect();
+            rays.bundle(&pixels, &mut bundle);
             for (lane, i) in (first..count.min(first + pack)).enumerate() {
                 let Ray { origin, direction, t_min, t_max } = rays.ray(i);
                 let one = [origin, direction].concat().into_iter().chain([t_min, t_max]);

@@ -11,7 +11,7 @@ use sdfrs_core::{
 use super::direct::shows_surface;
 use crate::{
     camera::Frame,
-    march::{WIDEST, Wanted},
+    march::{Pixel, WIDEST},
 };
 
 /// Pixels along the squares.
@@ -33,21 +33,24 @@ pub struct Cluster {
 /// Pixels to be lit, in the order of their clusters.
 pub struct Clusters<T> {
     /// Room for a block's; the first `len` count.
-    pixels: Vec<Wanted>,
+    pixels: Vec<Pixel>,
     depths: Vec<T>,
     len: usize,
     pub list: Vec<Cluster>,
+    /// The farther part of a cluster that is cut.
+    far: [(Pixel, T); SQUARE * SQUARE],
 }
 
 impl<T: Native> Clusters<T> {
     pub fn new() -> Self {
-        Self { pixels: Vec::new(), depths: Vec::new(), len: 0, list: Vec::new() }
+        let far = [(Pixel::default(), T::default()); SQUARE * SQUARE];
+        Self { pixels: Vec::new(), depths: Vec::new(), len: 0, list: Vec::new(), far }
     }
 
     /// Makes room for so many pixels, and forgets all.
     pub fn begin(&mut self, most: usize) {
         let most = most.max(self.pixels.len());
-        self.pixels.resize(most, Wanted { x: 0, y: 0, place: 0 });
+        self.pixels.resize(most, Pixel::default());
         self.depths.resize(most, T::default());
         self.len = 0;
         self.list.clear();
@@ -55,28 +58,28 @@ impl<T: Native> Clusters<T> {
 
     /// Pixels next to each other: those that show a surface.
     #[inline(always)]
-    pub fn add(&mut self, first: Wanted, depths: &[T], statuses: &[u8]) {
-        let (from, to) = (self.len, self.len + depths.len());
-        let pixel = |i: u32| Wanted { x: first.x + i, place: first.place + i, ..first };
-        if statuses.first_chunk() == Some(&[Status::Hit as u8; SQUARE]) {
-            self.depths[from..to].copy_from_slice(depths);
-            self.pixels[from..to].iter_mut().zip(0..).for_each(|(to, i)| *to = pixel(i));
-            self.len = to;
+    pub fn add(&mut self, first: Pixel, depths: &[T; SQUARE], statuses: &[u8; SQUARE]) {
+        let to = self.len..self.len + SQUARE;
+        let (pixels, room) = (&mut self.pixels[to.clone()], &mut self.depths[to]);
+        if *statuses == [Status::Hit as u8; SQUARE] {
+            room.copy_from_slice(depths);
+            pixels.iter_mut().zip(first.0..).for_each(|(to, pixel)| *to = Pixel(pixel));
+            self.len += SQUARE;
             return;
         }
         // All are written, because where a surface ends nobody can guess.
-        let mut at = from;
-        for ((i, depth), status) in (0..).zip(depths).zip(statuses) {
-            (self.pixels[at], self.depths[at]) = (pixel(i), *depth);
+        let mut at = 0;
+        for ((pixel, depth), status) in (first.0..).zip(depths).zip(statuses) {
+            (pixels[at % SQUARE], room[at % SQUARE]) = (Pixel(pixel), *depth);
             at += usize::from(shows_surface(*status));
         }
-        self.len = at;
+        self.len += at;
     }
 
     pub fn len(&self) -> usize {
         self.len
     }
-    pub fn pixels(&self) -> &[Wanted] {
+    pub fn pixels(&self) -> &[Pixel] {
         &self.pixels[..self.len]
     }
     pub fn depths(&self) -> &[T] {
@@ -103,49 +106,63 @@ impl<T: Native> Clusters<T> {
         self.list.push(Cluster { from, to, near });
     }
 
-    /// Puts pixels nearer than `depth` first; where the others begin.
+    /// Puts pixels nearer than `depth` first, in the order in which they were; where the others begin.
     fn part(&mut self, from: usize, to: usize, depth: f64) -> usize {
-        let mut at = from;
-        for i in from..to {
-            if self.depths[i].f64() < depth {
-                self.depths.swap(i, at);
-                self.pixels.swap(i, at);
-                at += 1;
-            }
+        let (pixels, depths) = (&mut self.pixels[from..to], &mut self.depths[from..to]);
+        let (mut near, mut far) = (0, 0);
+        // Without a branch that nobody could guess.
+        for i in 0..pixels.len() {
+            let (pixel, t) = (pixels[i], depths[i]);
+            let nearer = t.f64() < depth;
+            (pixels[near], depths[near]) = (pixel, t);
+            self.far[far % self.far.len()] = (pixel, t);
+            near += usize::from(nearer);
+            far += usize::from(!nearer);
         }
-        at
+        for ((pixel, t), far) in pixels[near..].iter_mut().zip(&mut depths[near..]).zip(&self.far) {
+            (*pixel, *t) = *far;
+        }
+        from + near
     }
 }
 
 /// Least and largest of some numbers; not finite where one of them is not.
 pub fn extent<T: Native>(of: &[T]) -> [f64; 2] {
-    let mut found = [f64::INFINITY, -f64::INFINITY];
-    vectorise(Extent { of, found: &mut found });
+    let [found] = extents([of]);
     found
 }
 
-struct Extent<'a, T> {
-    of: &'a [T],
-    found: &'a mut [f64; 2],
+/// Those of several columns.
+pub fn extents<T: Native, const N: usize>(of: [&[T]; N]) -> [[f64; 2]; N] {
+    let mut found = [[f64::INFINITY, -f64::INFINITY]; N];
+    vectorise(Extents { of, found: &mut found });
+    found
 }
 
-impl<T: Native> Kernel for Extent<'_, T> {
+struct Extents<'a, T, const N: usize> {
+    of: [&'a [T]; N],
+    found: &'a mut [[f64; 2]; N],
+}
+
+impl<T: Native, const N: usize> Kernel for Extents<'_, T, N> {
     #[inline(always)]
     fn run(self) {
-        let (mut lo, mut hi) = (T::Lanes::splat(T::INFINITY), T::Lanes::splat(-T::INFINITY));
-        // Nothing times what is not finite is not a number, nor is its sum with others.
-        let (zero, mut sum) = (T::Lanes::c(0.0), T::Lanes::c(0.0));
-        for run in self.of.chunks(T::Lanes::WIDTH) {
-            let v = T::Lanes::load(run);
-            (lo, hi, sum) = (lo.min(v), hi.max(v), sum + v * zero);
+        for (of, found) in self.of.iter().zip(self.found) {
+            let (mut lo, mut hi) = (T::Lanes::splat(T::INFINITY), T::Lanes::splat(-T::INFINITY));
+            // Nothing times what is not finite is not a number, nor is its sum with others.
+            let (zero, mut sum) = (T::Lanes::c(0.0), T::Lanes::c(0.0));
+            for run in of.chunks(T::Lanes::WIDTH) {
+                let v = T::Lanes::load(run);
+                (lo, hi, sum) = (lo.min(v), hi.max(v), sum + v * zero);
+            }
+            let mut spoilt = [T::default(); WIDEST];
+            sum.store(&mut spoilt);
+            *found = if spoilt.iter().all(|v| *v == T::default()) {
+                [lo.least().f64(), -(-hi).least().f64()]
+            } else {
+                [-f64::INFINITY, f64::INFINITY]
+            };
         }
-        let mut spoilt = [T::default(); WIDEST];
-        sum.store(&mut spoilt);
-        *self.found = if spoilt.iter().all(|v| *v == T::default()) {
-            [lo.least().f64(), -(-hi).least().f64()]
-        } else {
-            [-f64::INFINITY, f64::INFINITY]
-        };
     }
 }
 
@@ -164,7 +181,7 @@ mod tests {
         let mut all = Clusters::new();
         all.begin(SQUARE * SQUARE);
         for (y, (depths, statuses)) in (0..).zip(depths.chunks(SQUARE).zip(statuses.chunks(SQUARE))) {
-            all.add(Wanted { x: 0, y, place: 100 * y }, depths, statuses);
+            all.add(Pixel::at(0, y), depths.first_chunk().unwrap(), statuses.first_chunk().unwrap());
         }
         all.close(0, &frame());
         all
@@ -185,10 +202,10 @@ mod tests {
         let hit = |i: usize| if !i.is_multiple_of(5) || i / SQUARE == 3 { Status::Hit } else { Status::Miss };
         let statuses: Vec<u8> = (0..depths.len()).map(|i| hit(i) as u8).collect();
         let all = clusters(&depths, &statuses);
-        let mut seen: Vec<u32> = all.pixels().iter().map(|p| p.y * SQUARE as u32 + p.x).collect();
-        for (pixel, t) in all.pixels().iter().zip(all.depths()) {
-            let i = pixel.y as usize * SQUARE + pixel.x as usize;
-            assert!(*t == depths[i] && pixel.place == 100 * pixel.y + pixel.x);
+        let number = |pixel: &Pixel| pixel.y() as usize * SQUARE + pixel.x() as usize;
+        let mut seen: Vec<usize> = all.pixels().iter().map(number).collect();
+        for (i, t) in seen.iter().zip(all.depths()) {
+            assert_eq!(*t, depths[*i]);
         }
         seen.sort_unstable();
         let want = (0..).zip(&statuses).filter(|(_, s)| **s == Status::Hit as u8).map(|(i, _)| i);

@@ -13,6 +13,8 @@ use super::srgb::{Srgb, byte};
 /// Light that reaches every point of a surface, and the share left for the lamps.
 const AMBIENT: f64 = 0.15;
 pub const DIRECT: f64 = 0.85;
+/// From here on a lamp's distance is as good as infinite.
+const FAR: f64 = 1e30;
 /// Pixels on which the field was not a number.
 const INVALID_RGB: [u8; 3] = [255, 0, 255];
 
@@ -88,20 +90,10 @@ pub struct Light<'a> {
 }
 
 impl Light<'_> {
-    /// Linear red, green and blue of a point with a unit normal.
-    #[inline(always)]
-    pub fn linear<R: Real<S = f64>>(&self, point: [R; 3], normal: [R; 3]) -> [R; 3] {
-        let mut sum = [R::c(AMBIENT); 3];
-        for lamp in self.lights {
-            let [x, y, z] = lamp.position;
-            let way = [R::splat(x) - point[0], R::splat(y) - point[1], R::splat(z) - point[2]];
-            let facing = R::splat(DIRECT * lamp.intensity) * cosine(normal, way);
-            for (sum, color) in sum.iter_mut().zip(lamp.color) {
-                *sum = *sum + R::splat(color) * facing;
-            }
-        }
-        let [r, g, b] = self.surface.albedo;
-        [R::splat(r) * sum[0], R::splat(g) * sum[1], R::splat(b) * sum[2]]
+    /// The same in the precision of a trace.
+    pub fn lamps<T: Scalar>(&self) -> Lamps<T> {
+        let Surface { albedo, .. } = self.surface;
+        Lamps { lamps: self.lights.iter().map(Lamp::of).collect(), albedo: albedo.map(T::of) }
     }
 
     /// The pixel of a ray that ended with `status` at `point`.
@@ -109,7 +101,52 @@ impl Light<'_> {
         if !shows_surface(status) {
             return self.surface.unlit(status);
         }
-        Srgb::get().bytes(self.linear(point.map(Scalar::f64), normal.map(Scalar::f64)))
+        Srgb::get().bytes(self.lamps().linear(point, normal).map(Scalar::f64))
+    }
+}
+
+/// Light ready to be computed with.
+pub struct Lamps<T> {
+    lamps: Vec<Lamp<T>>,
+    albedo: [T; 3],
+}
+
+struct Lamp<T> {
+    /// Times `scale`.
+    position: [T; 3],
+    /// 1, or what brings a lamp near enough to be a number: only its direction counts.
+    scale: T,
+    /// Linear, times the intensity and the share of the lamps.
+    color: [T; 3],
+}
+
+impl<T: Scalar> Lamp<T> {
+    fn of(light: &PointLight) -> Self {
+        let farthest = light.position.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let scale = if farthest > FAR { FAR / farthest } else { 1.0 };
+        Self {
+            position: light.position.map(|v| T::of(v * scale)),
+            scale: T::of(scale),
+            color: light.color.map(|c| T::of(c * DIRECT * light.intensity)),
+        }
+    }
+}
+
+impl<T: Scalar> Lamps<T> {
+    /// Linear red, green and blue of a point with a unit normal.
+    #[inline(always)]
+    pub fn linear<R: Real<S = T>>(&self, point: [R; 3], normal: [R; 3]) -> [R; 3] {
+        let mut sum = [R::c(AMBIENT); 3];
+        for Lamp { position: [x, y, z], scale, color } in &self.lamps {
+            let (x, y, z, scale) = (R::splat(*x), R::splat(*y), R::splat(*z), R::splat(*scale));
+            let [px, py, pz] = point;
+            let facing = cosine(normal, [x - px * scale, y - py * scale, z - pz * scale]);
+            for (sum, color) in sum.iter_mut().zip(color) {
+                *sum = *sum + R::splat(*color) * facing;
+            }
+        }
+        let [r, g, b] = self.albedo;
+        [R::splat(r) * sum[0], R::splat(g) * sum[1], R::splat(b) * sum[2]]
     }
 }
 
@@ -120,11 +157,14 @@ pub fn shows_surface(status: u8) -> bool {
 
 /// Cosine of the angle between a unit normal and the way to the light; 0 behind, and at the lamp itself.
 #[inline(always)]
-fn cosine<R: Real<S = f64>>(n: [R; 3], l: [R; 3]) -> R {
+fn cosine<R: Real>(n: [R; 3], l: [R; 3]) -> R {
     let zero = R::c(0.0);
-    let length = R::len3(l[0], l[1], l[2]);
+    // Scaled first: squares of a long or short way would overflow or vanish.
+    let most = l[0].abs().max(l[1].abs()).max(l[2].abs());
+    let scale = R::c(1.0) / most;
+    let l = [l[0] * scale, l[1] * scale, l[2] * scale];
     let along = n[0] * l[0] + n[1] * l[1] + n[2] * l[2];
-    let near = R::select_lt(length, R::splat(f64::INFINITY), along / length, zero);
+    let near = R::select_lt(most, R::splat(R::S::INFINITY), along / R::len3(l[0], l[1], l[2]), zero);
     R::select_lt(zero, along, near, zero)
 }
 
@@ -149,6 +189,19 @@ mod tests {
         assert_eq!(lit([3.0f64.sqrt(), 1.0, 0.0]), srgb(0.15 + 0.85 * 0.5));
         for dark in [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]] {
             assert_eq!(lit(dark), srgb(0.15), "{dark:?}");
+        }
+    }
+
+    #[test]
+    fn lamps_at_any_distance_shine_alike_in_both_precisions() {
+        fn of<T: Scalar>(far: f64) -> u8 {
+            let s = Surface { albedo: [1.0; 3], background: [0.0; 3] };
+            let lamp = PointLight::at([3.0f64.sqrt() * far, far, 0.0]);
+            let up = [0.0, 1.0, 0.0].map(T::of);
+            Light { lights: &[lamp], surface: &s }.pixel(HIT, [T::of(0.0); 3], up)[0]
+        }
+        for far in [1.0, 1e6, 1e14, 1e18, 1e30, 1e200, 1e307] {
+            assert_eq!([of::<f32>(far), of::<f64>(far)], [srgb(0.15 + 0.85 * 0.5); 2], "{far}");
         }
     }
 

@@ -6,6 +6,7 @@ pub mod normal;
 mod picture;
 mod slopes;
 mod srgb;
+mod window;
 
 pub use direct::{Light, PointLight, Surface};
 pub use picture::Shading;

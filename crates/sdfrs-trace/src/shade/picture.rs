@@ -3,29 +3,32 @@
 //! A block's columns stay in a near cache from one stage to the next. Law: a pixel is what `Light::pixel`
 //! gives for it; the same bits for any number of threads (tests in `render`).
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use sdfrs_core::{
     Control, Hits, Program, Prune, Status,
     eval::{Kernel, Lanes, Native, vectorise},
+    fresh::Fresh,
     pool,
-    prune::Pruner,
 };
 
 use super::{
-    clusters::{Clusters, SQUARE},
-    direct::Light,
+    clusters::Clusters,
+    direct::{Lamps, Light},
     normal::unit,
     slopes::Slopes,
     srgb::Srgb,
+    window::{BLOCK, Window},
 };
 use crate::{
     camera::Frame,
     error::TraceError,
-    march::{Bundle, Source, WIDEST, Wanted, squares},
+    march::{Bundle, Pixel, Source, squares},
 };
 
-/// Pixels along a block: some squares whose pixels share a program shortened for their surroundings.
-const BLOCK: [usize; 2] = [128, 32];
+/// Pixels that are lit and shown before the next ones are: what is known of them stays in the nearest cache.
+const RUN: usize = 256;
 
 /// Normals and colours.
 type Shaded = (Vec<[f32; 3]>, Vec<[u8; 3]>);
@@ -42,84 +45,77 @@ pub struct Shading<'a, T: Native> {
 
 /// Whole rows of pixels, as high as a block.
 struct Rows<'a> {
-    /// The first pixel's number.
-    first: usize,
+    /// The first one's number.
+    top: usize,
+    width: usize,
     normals: &'a mut [[f32; 3]],
     rgb: &'a mut [[u8; 3]],
+}
+
+impl Rows<'_> {
+    fn place(&self, pixel: Pixel) -> usize {
+        (pixel.y() as usize - self.top) * self.width + pixel.x() as usize
+    }
 }
 
 impl<T: Native> Shading<'_, T> {
     /// Normals and colours of all pixels, some rows at a time on the pool.
     pub fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
-        let mut normals = vec![[0f32; 3]; self.hits.t.len()];
-        let width = self.frame.width();
-        // What is shown where nothing is hit: a row of it, again and again.
-        let row = vec![self.light.surface.unlit(Status::Miss as u8); width];
-        let mut rgb = row.repeat(self.hits.t.len() / width);
+        let (width, n) = (self.frame.width(), self.hits.t.len());
+        // What is shown where nothing is hit.
+        let lamps = self.light.lamps();
+        let unlit = self.light.surface.unlit(Status::Miss as u8);
+        let (mut normals, mut rgb) = (Fresh::new(n), Fresh::new(n));
         pool::install(|| {
             let size = BLOCK[1] * width;
-            let rows = normals.par_chunks_mut(size).zip(rgb.par_chunks_mut(size)).enumerate();
+            let rows = normals.pieces(size).zip(rgb.pieces(size)).enumerate();
             rows.try_for_each_init(Block::default, |block, (i, (normals, rgb))| {
                 if control.is_cancelled() {
                     return Err(TraceError::Cancelled);
                 }
-                let height = rgb.len() / width;
-                let mut rows = Rows { first: i * size, normals, rgb };
-                squares([0; 2], [width, height], BLOCK, |from, to| self.block(block, from, to, &mut rows));
+                let (normals, rgb) = (normals.fill([0.0; 3]), rgb.fill(unlit));
+                let (top, height) = (i * BLOCK[1], rgb.len() / width);
+                let mut rows = Rows { top, width, normals, rgb };
+                squares([0, top], [width, top + height], BLOCK, |from, to| {
+                    self.block(block, &lamps, [from, to], &mut rows);
+                });
                 Ok(())
             })
         })?;
-        Ok((normals, rgb))
+        Ok((normals.done(), rgb.done()))
     }
 
     /// One of the blocks of some rows.
-    fn block(&self, block: &mut Block<T>, from: [usize; 2], to: [usize; 2], rows: &mut Rows) {
-        let pruner = Slopes::pruner(self.program, self.prune);
-        self.find(&mut block.clusters, pruner, from, to, rows);
-        if block.clusters.len() == 0 {
+    fn block(
+        &self,
+        block: &mut Block<T>,
+        lamps: &Lamps<T>,
+        [from, to]: [[usize; 2]; 2],
+        rows: &mut Rows,
+    ) {
+        if !block.window.copy(self.hits, rows.width, from, to) {
             return;
         }
+        for pixel in block.window.invalid() {
+            rows.rgb[rows.place(pixel)] = self.light.surface.unlit(Status::Invalid as u8);
+        }
+        let pruner = Slopes::pruner(self.program, self.prune);
+        block.clusters.begin(BLOCK[0] * BLOCK[1]);
+        block.window.squares(&mut block.clusters, |clusters, start| {
+            if pruner.is_some() {
+                clusters.close(start, self.frame);
+            }
+        });
         block.fit();
         self.meet(block);
         let Block { slopes, clusters, points, gradient, .. } = &mut *block;
         let deep = |near: f64| self.frame.span(BLOCK[0], near);
         slopes.run(self.program, pruner, &mut clusters.list, deep, points, gradient);
-        vectorise(Lit { light: self.light, block });
-        block.show(rows);
-    }
-
-    /// The pixels that show a surface, square by square.
-    fn find(
-        &self,
-        clusters: &mut Clusters<T>,
-        pruner: Option<&Pruner>,
-        from: [usize; 2],
-        to: [usize; 2],
-        rows: &mut Rows,
-    ) {
-        let (width, top) = (self.frame.width(), rows.first / self.frame.width());
-        clusters.begin(BLOCK[0] * BLOCK[1]);
-        squares(from, to, [SQUARE; 2], |from, to| {
-            let start = clusters.len();
-            for y in from[1]..to[1] {
-                let place = y * width + from[0];
-                let at = rows.first + place..rows.first + place + to[0] - from[0];
-                let (statuses, depths) = (&self.hits.status[at.clone()], &self.hits.t[at]);
-                if statuses.first_chunk() == Some(&[Status::Miss as u8; SQUARE]) {
-                    continue;
-                }
-                let (x, y) = (from[0] as u32, (top + y) as u32);
-                clusters.add(Wanted { x, y, place: place as u32 }, depths, statuses);
-                for (pixel, status) in rows.rgb[place..].iter_mut().zip(statuses) {
-                    if *status == Status::Invalid as u8 {
-                        *pixel = self.light.surface.unlit(*status);
-                    }
-                }
-            }
-            if pruner.is_some() {
-                clusters.close(start, self.frame);
-            }
-        });
+        for from in (0..block.clusters.len()).step_by(RUN) {
+            let at = from..block.points[0].len().min(from + RUN);
+            vectorise(Lit { lamps, block, at: at.clone() });
+            vectorise(Show { block, rows, at });
+        }
     }
 
     /// Where the rays have come to.
@@ -137,6 +133,7 @@ impl<T: Native> Shading<'_, T> {
 
 /// A worker's memory for the pixels of a block that show something, in whole packs.
 struct Block<T: Native> {
+    window: Window<T>,
     slopes: Slopes<T>,
     clusters: Clusters<T>,
     points: [Vec<T>; 3],
@@ -144,21 +141,23 @@ struct Block<T: Native> {
     towards: [Vec<T>; 3],
     /// The field's value and slopes.
     gradient: [Vec<T>; 4],
-    normal: [Vec<f32>; 3],
+    /// Of a run of pixels.
+    normal: [[T; RUN]; 3],
     /// Linear.
-    colour: [Vec<f64>; 3],
+    colour: [[T; RUN]; 3],
 }
 
 impl<T: Native> Default for Block<T> {
     fn default() -> Self {
         Self {
+            window: Window::new(),
             slopes: Slopes::new(),
             clusters: Clusters::new(),
             points: Default::default(),
             towards: Default::default(),
             gradient: Default::default(),
-            normal: Default::default(),
-            colour: Default::default(),
+            normal: [[T::default(); RUN]; 3],
+            colour: [[T::default(); RUN]; 3],
         }
     }
 }
@@ -169,21 +168,6 @@ impl<T: Native> Block<T> {
         let n = self.clusters.len().next_multiple_of(T::Lanes::WIDTH);
         for column in self.points.iter_mut().chain(&mut self.towards).chain(&mut self.gradient) {
             column.resize(n, T::default());
-        }
-        self.normal.iter_mut().for_each(|column| column.resize(n, 0.0));
-        self.colour.iter_mut().for_each(|column| column.resize(n, 0.0));
-    }
-
-    /// Writes normals and colours to where they belong.
-    fn show(&self, rows: &mut Rows) {
-        let (table, pixels) = (Srgb::get(), self.clusters.pixels());
-        // Cut to one length, so that only places are checked below.
-        let [r, g, b] = [0, 1, 2].map(|a| &self.colour[a][..pixels.len()]);
-        let [x, y, z] = [0, 1, 2].map(|a| &self.normal[a][..pixels.len()]);
-        for (k, pixel) in pixels.iter().enumerate() {
-            let i = pixel.place as usize;
-            rows.rgb[i] = table.bytes([r[k], g[k], b[k]]);
-            rows.normals[i] = [x[k], y[k], z[k]];
         }
     }
 }
@@ -211,46 +195,89 @@ impl<T: Native> Kernel for Meet<'_, T> {
 
 /// Normals from gradients, and the light there.
 struct Lit<'a, T: Native> {
-    light: Light<'a>,
+    lamps: &'a Lamps<T>,
     block: &'a mut Block<T>,
+    /// Whole packs, at most a run.
+    at: Range<usize>,
 }
 
 impl<T: Native> Kernel for Lit<'_, T> {
     #[inline(always)]
     fn run(self) {
-        type Double = <f64 as Native>::Lanes;
-        let Block { points, towards, gradient: [_, slopes @ ..], normal, colour, .. } = self.block;
+        let Block { points: p, towards: d, gradient: [_, g @ ..], normal, colour, .. } = self.block;
         let width = T::Lanes::WIDTH;
-        let ([gx, gy, gz], [tx, ty, tz]) = (slopes, towards);
-        for at in (0..gx.len()).step_by(width) {
-            let at = at..at + width;
-            let g = [&gx[at.clone()], &gy[at.clone()], &gz[at.clone()]];
-            let d = [&tx[at.clone()], &ty[at.clone()], &tz[at.clone()]];
-            let n = unit(
-                [T::Lanes::load(g[0]), T::Lanes::load(g[1]), T::Lanes::load(g[2])],
-                [T::Lanes::load(d[0]), T::Lanes::load(d[1]), T::Lanes::load(d[2])],
-            );
-            // Points and normals in double precision, lane by lane.
-            let mut double = [[0f64; WIDEST]; 6];
+        for (at, to) in self.at.step_by(width).zip((0..).step_by(width)) {
+            let n = unit(pack(g, at), pack(d, at));
+            let rgb = self.lamps.linear(pack(p, at), n);
             for a in 0..3 {
-                let mut lanes = [T::default(); WIDEST];
-                n[a].store(&mut lanes);
-                let (point, normal) = (&points[a][at.clone()], &mut normal[a][at.clone()]);
-                for l in 0..width {
-                    double[a][l] = point[l].f64();
-                    double[3 + a][l] = lanes[l].f64();
-                    normal[l] = lanes[l].f64() as f32;
-                }
-            }
-            for from in (0..width).step_by(Double::WIDTH) {
-                let [px, py, pz, nx, ny, nz] = &double;
-                let p = [Double::load(&px[from..]), Double::load(&py[from..]), Double::load(&pz[from..])];
-                let n = [Double::load(&nx[from..]), Double::load(&ny[from..]), Double::load(&nz[from..])];
-                let rgb = self.light.linear(p, n);
-                for a in 0..3 {
-                    rgb[a].store(&mut colour[a][at.start + from..][..Double::WIDTH]);
-                }
+                n[a].store(&mut normal[a][to..to + width]);
+                rgb[a].store(&mut colour[a][to..to + width]);
             }
         }
     }
+}
+
+/// A pack of three columns. No closure, nor a `map` over arrays: those are calls, without the kernel's instructions.
+#[inline(always)]
+fn pack<T: Native>([x, y, z]: &[Vec<T>; 3], at: usize) -> [T::Lanes; 3] {
+    let at = at..at + T::Lanes::WIDTH;
+    [T::Lanes::load(&x[at.clone()]), T::Lanes::load(&y[at.clone()]), T::Lanes::load(&z[at])]
+}
+
+/// Writes a run's normals and colours to where they belong.
+struct Show<'a, 'b, T: Native> {
+    block: &'a Block<T>,
+    rows: &'a mut Rows<'b>,
+    at: Range<usize>,
+}
+
+impl<T: Native> Kernel for Show<'_, '_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let (table, Self { block, rows, at }) = (Srgb::get(), self);
+        let ([x, y, z], [r, g, b]) = (&block.normal, &block.colour);
+        let normals = eights(x).iter().zip(eights(y)).zip(eights(z));
+        let colours = eights(r).iter().zip(eights(g)).zip(eights(b));
+        let pixels = block.clusters.pixels();
+        let pixels = pixels[at.start..at.end.min(pixels.len())].chunks(EIGHT);
+        for ((pixels, ((x, y), z)), ((r, g), b)) in pixels.zip(normals).zip(colours) {
+            let mut rgb = [[0; 3]; EIGHT];
+            if r == g && g == b {
+                for (rgb, r) in rgb.iter_mut().zip(r) {
+                    *rgb = [table.byte(r.f64()); 3];
+                }
+            } else {
+                for (i, rgb) in rgb.iter_mut().enumerate() {
+                    *rgb = [table.byte(r[i].f64()), table.byte(g[i].f64()), table.byte(b[i].f64())];
+                }
+            }
+            let normal = |i: usize| [x[i].f64() as f32, y[i].f64() as f32, z[i].f64() as f32];
+            let place = rows.place(pixels[0]);
+            if pixels.first_chunk().is_some_and(in_row) {
+                rows.rgb[place..place + EIGHT].copy_from_slice(&rgb);
+                for (i, to) in rows.normals[place..place + EIGHT].iter_mut().enumerate() {
+                    *to = normal(i);
+                }
+                continue;
+            }
+            for (i, pixel) in pixels.iter().enumerate() {
+                let place = rows.place(*pixel);
+                (rows.rgb[place], rows.normals[place]) = (rgb[i], normal(i));
+            }
+        }
+    }
+}
+
+/// Pixels that are written at once where they are neighbours.
+const EIGHT: usize = 8;
+
+/// Neighbours in a row, from left to right?
+#[inline(always)]
+fn in_row(run: &[Pixel; EIGHT]) -> bool {
+    (0..).zip(run).fold(true, |all, (i, pixel)| all & (pixel.0.wrapping_sub(run[0].0) == i))
+}
+
+/// A column eight by eight.
+fn eights<V>(column: &[V; RUN]) -> &[[V; EIGHT]] {
+    column.as_chunks().0
 }

@@ -12,7 +12,7 @@ use sdfrs_core::{
     prune::{CELLS, Cell, Memory, Part, Probe, Pruner},
 };
 
-use super::clusters::{Cluster, extent};
+use super::clusters::{Cluster, extents};
 
 /// Operations from which on anything is shortened.
 const WORTH: u64 = 16;
@@ -153,7 +153,7 @@ impl Bounds {
     const NONE: Self = Self([[f64::INFINITY, -f64::INFINITY]; 3]);
 
     fn of<T: Native>(points: &[Vec<T>; 3], at: Range<usize>) -> Self {
-        Self([0, 1, 2].map(|a| extent(&points[a][at.clone()])))
+        Self(extents(points.each_ref().map(|column| &column[at.clone()])))
     }
 
     fn join(self, other: &Self) -> Self {
