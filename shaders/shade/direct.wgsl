@@ -1,5 +1,5 @@
 // Point lights on a matt surface (Lambert 1760), without fall-off, under a little even light, as sRGB.
-// Twin: crates/sdfrs-trace/src/shade/direct.rs, which computes in f64. Law: the same colours within 1/255.
+// Twin: crates/sdfrs-trace/src/shade/direct.rs. Law: the same colours within 1/255.
 
 const AMBIENT: f32 = 0.15;
 // Pixels on which the field was not a number.

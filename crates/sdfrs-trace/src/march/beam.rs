@@ -218,7 +218,12 @@ mod tests {
     use crate::{
         Tracer,
         camera::{Camera, Kind},
-        march::{Pixel, Ray, Source, feed::{Feed, Wanted}, order::Order, start::Start},
+        march::{
+            Pixel, Ray, Source,
+            feed::{Feed, Wanted},
+            order::Order,
+            start::Start,
+        },
         render::CameraRays,
         tracer::basic::Basic,
     };

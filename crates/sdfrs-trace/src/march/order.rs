@@ -82,12 +82,7 @@ enum Kind {
 impl Order {
     pub fn in_line<T: Native>(rays: &dyn Source<T>, size: usize) -> Self {
         let count = rays.count();
-        Self {
-            count,
-            kind: Kind::Line { size, width: rays.width() },
-            block: 1,
-            group: 1,
-        }
+        Self { count, kind: Kind::Line { size, width: rays.width() }, block: 1, group: 1 }
     }
 
     /// Rays in blocks, blocks in groups.

@@ -1,6 +1,6 @@
 //! Point lights on a matt surface (Lambert 1760), without fall-off, under a little even light.
 //!
-//! `albedo * (0.15 + 0.85 * sum(intensity * color * max(0, n.l)))`, in f64 and linear colours, then
+//! `albedo * (0.15 + 0.85 * sum(intensity * color * max(0, n.l)))`, in the trace's precision and linear colours, then
 //! encoded as sRGB. The background is plain: shown as it is given, neither lit nor encoded. Rays on
 //! which the field was not a number are magenta, so that nobody takes them for a picture.
 //! Twin: the GPU's direct shading.

@@ -86,13 +86,7 @@ impl<T: Native> Shading<'_, T> {
     }
 
     /// One of the blocks of some rows.
-    fn block(
-        &self,
-        block: &mut Block<T>,
-        lamps: &Lamps<T>,
-        [from, to]: [[usize; 2]; 2],
-        rows: &mut Rows,
-    ) {
+    fn block(&self, block: &mut Block<T>, lamps: &Lamps<T>, [from, to]: [[usize; 2]; 2], rows: &mut Rows) {
         if !block.window.copy(self.hits, rows.width, from, to) {
             return;
         }

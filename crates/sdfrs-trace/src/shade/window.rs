@@ -50,7 +50,8 @@ impl<T: Native> Window<T> {
                 let start = clusters.len();
                 for row in y..y + SQUARE {
                     let at = row * BLOCK[0] + x;
-                    let (depths, statuses) = (self.depths[at..].first_chunk(), self.statuses[at..].first_chunk());
+                    let (depths, statuses) =
+                        (self.depths[at..].first_chunk(), self.statuses[at..].first_chunk());
                     let (Some(depths), Some(statuses)) = (depths, statuses) else { continue };
                     if *statuses != [Status::Miss as u8; SQUARE] {
                         clusters.add(Pixel::at(self.from[0] + x, self.from[1] + row), depths, statuses);

@@ -43,8 +43,8 @@ fn groups<T: Native>(rays: &CameraRays<T>, mut take: impl FnMut(&mut Patches<T>)
 fn points<T: Native>(rays: &CameraRays<T>, patch: Rectangle, t: f64) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     patch.few(|pixels| {
-        for pixel in pixels {
-            let ray = rays.ray(pixel.y as usize * rays.width().unwrap() + pixel.x as usize);
+        for wanted in pixels {
+            let ray = rays.ray(wanted.pixel.y() as usize * rays.width().unwrap() + wanted.pixel.x() as usize);
             points.push(array::from_fn(|a| (ray.origin[a] + T::of(t) * ray.direction[a]).f64()));
         }
     });
