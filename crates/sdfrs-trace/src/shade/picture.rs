@@ -62,8 +62,8 @@ impl<T: Native> Shading<'_, T> {
     /// Normals and colours of all pixels, some rows at a time on the pool.
     pub fn run(&self, control: &Control) -> Result<Shaded, TraceError> {
         let (width, n) = (self.frame.width(), self.hits.t.len());
-        // What is shown where nothing is hit.
         let lamps = self.light.lamps();
+        // What is shown where nothing is hit.
         let unlit = self.light.surface.unlit(Status::Miss as u8);
         let (mut normals, mut rgb) = (Fresh::new(n), Fresh::new(n));
         pool::install(|| {
