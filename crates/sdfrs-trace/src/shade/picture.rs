@@ -87,11 +87,14 @@ impl<T: Native> Shading<'_, T> {
 
     /// One of the blocks of some rows.
     fn block(&self, block: &mut Block<T>, lamps: &Lamps<T>, [from, to]: [[usize; 2]; 2], rows: &mut Rows) {
-        if !block.window.copy(self.hits, rows.width, from, to) {
+        let most = block.window.copy(self.hits, rows.width, from, to);
+        if most == Status::Miss as u8 {
             return;
         }
-        for pixel in block.window.invalid() {
-            rows.rgb[rows.place(pixel)] = self.light.surface.unlit(Status::Invalid as u8);
+        if most == Status::Invalid as u8 {
+            for pixel in block.window.invalid() {
+                rows.rgb[rows.place(pixel)] = self.light.surface.unlit(most);
+            }
         }
         let pruner = Slopes::pruner(self.program, self.prune);
         block.clusters.begin(BLOCK[0] * BLOCK[1]);
@@ -236,14 +239,8 @@ impl<T: Native> Kernel for Show<'_, '_, T> {
         let pixels = pixels[at.start..at.end.min(pixels.len())].chunks(EIGHT);
         for ((pixels, ((x, y), z)), ((r, g), b)) in pixels.zip(normals).zip(colours) {
             let mut rgb = [[0; 3]; EIGHT];
-            if r == g && g == b {
-                for (rgb, r) in rgb.iter_mut().zip(r) {
-                    *rgb = [table.byte(r.f64()); 3];
-                }
-            } else {
-                for (i, rgb) in rgb.iter_mut().enumerate() {
-                    *rgb = [table.byte(r[i].f64()), table.byte(g[i].f64()), table.byte(b[i].f64())];
-                }
+            for (i, rgb) in rgb.iter_mut().enumerate() {
+                *rgb = table.bytes([r[i].f64(), g[i].f64(), b[i].f64()]);
             }
             let normal = |i: usize| [x[i].f64() as f32, y[i].f64() as f32, z[i].f64() as f32];
             let place = rows.place(pixels[0]);

@@ -22,25 +22,25 @@ impl<T: Native> Window<T> {
         Self { from: [0; 2], depths: vec![T::default(); n], statuses: vec![0; n] }
     }
 
-    /// Copies a block of a picture; whether anything is seen there.
-    pub fn copy(&mut self, hits: &Hits<T>, width: usize, from: [usize; 2], to: [usize; 2]) -> bool {
+    /// Copies a block of a picture; the largest of its statuses: a miss where nothing is seen.
+    pub fn copy(&mut self, hits: &Hits<T>, width: usize, from: [usize; 2], to: [usize; 2]) -> u8 {
         self.from = from;
         let row = |y: usize| y * width + from[0]..y * width + to[0];
-        let mut any = 0;
+        let mut most = Status::Miss as u8;
         for (y, statuses) in (from[1]..).zip(self.statuses.chunks_mut(BLOCK[0])) {
             statuses.fill(Status::Miss as u8);
             if y < to[1] {
                 statuses[..to[0] - from[0]].copy_from_slice(&hits.status[row(y)]);
             }
-            any = statuses.iter().fold(any, |any, status| any | status);
+            most = statuses.iter().fold(most, |most, status| most.max(*status));
         }
-        if any == Status::Miss as u8 {
-            return false;
+        if most == Status::Miss as u8 {
+            return most;
         }
         for (y, depths) in (from[1]..to[1]).zip(self.depths.chunks_mut(BLOCK[0])) {
             depths[..to[0] - from[0]].copy_from_slice(&hits.t[row(y)]);
         }
-        true
+        most
     }
 
     /// Pixels that show a surface go to the clusters, square by square, and `close` is called after each.
