@@ -212,6 +212,30 @@ fn out_of_steps_is_shaded_where_it_got_to() {
 }
 
 #[test]
+fn what_is_no_number_is_seen() {
+    let (shape, camera) = (sphere(), camera(300, 70));
+    let (tracer, control) = (Tracer::Basic { guards: true }, Control::new());
+    let rays = CameraRays::<f32>::new(&camera, &tracer, 100.0).unwrap();
+    let program = Program::<f32>::for_tracing(&shape).unwrap();
+    let (mut hits, _) = trace_camera(&shape, &camera, &tracer, &LIMITS, 100.0, &control).unwrap();
+    let shaded = |hits: &Hits<f32>| {
+        let light = Light { lights: &[], surface: &Surface::default() };
+        let prune = LIMITS.prune;
+        let shading = Shading { program: &program, prune, rays: &rays, frame: &rays.frame, light, hits };
+        shading.run(&control).unwrap()
+    };
+    let (mut normals, mut rgb) = shaded(&hits);
+    let middle = 35 * 300 + 150;
+    assert_eq!(hits.status[middle], Status::Hit as u8);
+    // Alone among misses, in the last column and row, and among hits.
+    for i in [0, 299, 70 * 300 - 1, middle] {
+        hits.status[i] = Status::Invalid as u8;
+        (normals[i], rgb[i]) = ([0.0; 3], [255, 0, 255]);
+    }
+    assert!(shaded(&hits) == (normals, rgb));
+}
+
+#[test]
 fn a_quiet_trace_has_nothing_to_tell() {
     let quiet = |origin: [f64; 3], tracer: Tracer| {
         let camera = Camera { origin, ..camera(33, 17) };
