@@ -16,7 +16,7 @@ LONG = sdfrs.load("spheres1000").shape
 CAMERA = sdfrs.load("spheres1000").camera.resized(4000, 3000)
 # Long enough that only an interruption can end them soon, on any machine.
 CALLS = {
-    "render": lambda: sdfrs.render(LONG, CAMERA, precision="f64"),
+    "render": lambda: sdfrs.render(LONG, CAMERA, precision="f64", prune="exact"),
     "stats": lambda: sdfrs.trace_stats(LONG, CAMERA, precision="f64", tracer="binary_search"),
     "trace": lambda: sdfrs.trace(LONG, *CAMERA.resized(2000, 1500).rays(), precision="f64"),
     "values": lambda: LONG(POINTS, precision="f64"),
