@@ -132,9 +132,16 @@ impl Order {
         match &self.kind {
             Kind::Line { size, width } => {
                 let first = tile * size;
-                let some = first..self.count.min(first + size);
-                let pixel = |i: usize| width.map_or(Pixel(i as u32), |width| Pixel::at(i % width, i / width));
-                rays.extend(some.map(|i| Wanted { pixel: pixel(i), place: place(0, i - first) }));
+                let end = self.count.min(first + size);
+                // A source that is no picture is one row.
+                let width = width.unwrap_or(self.count);
+                let mut at = first;
+                while at < end {
+                    let (x, y) = (at % width, at / width);
+                    let to = end.min(at - x + width);
+                    rays.extend(row(place(0, at - first), y, x..x + to - at));
+                    at = to;
+                }
                 groups.push(rays.len());
             }
             Kind::Sorted(order) => {
