@@ -50,11 +50,14 @@ impl<'a, T> Columns<'a, T> {
 }
 
 impl<T: Scalar> Columns<'_, T> {
-    /// Forgets what is not written for every ray.
-    pub fn clear(&mut self) {
+    /// Fills what is not written for every ray; what may be left of others is forgotten.
+    pub fn begin(&mut self, loud: bool) {
         for row in &mut self.rows {
-            row.flags.fill(0);
-            row.fallbacks.fill(0);
+            row.multiplier.fill(T::of(1.0));
+            if loud {
+                row.flags.fill(0);
+                row.fallbacks.fill(0);
+            }
         }
     }
 }
@@ -64,7 +67,11 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
     fn end(&mut self, place: u32, end: &End<T>) {
         let (row, k) = self.at(place);
         (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status as u8, end.steps);
-        (row.multiplier[k], row.distance[k], row.witness[k]) = (end.multiplier, end.r, end.witness);
+        (row.distance[k], row.witness[k]) = (end.r, end.witness);
+        // Most have none, and rules that try no longer steps never do.
+        if end.multiplier != T::of(1.0) {
+            row.multiplier[k] = end.multiplier;
+        }
         // A page that nobody writes to costs nothing, and is zero.
         if end.fallbacks != 0 {
             row.fallbacks[k] = end.fallbacks;
@@ -80,7 +87,6 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         let (row, k) = self.at(place);
         let to = k..k + n;
         row.t[to.clone()].fill(T::INFINITY);
-        row.multiplier[to.clone()].fill(T::of(1.0));
         row.distance[to.clone()].fill(T::INFINITY);
         // The others are 0, as pages are that nobody has written to.
         if !new {

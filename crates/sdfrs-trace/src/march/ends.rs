@@ -112,14 +112,11 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     /// The end of the ray in a lane, whose last sample is the `at`-th.
     #[inline(always)]
     fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
-        let code = pack.codes[lane];
-        if code > code::SPENT {
-            return self.seldom::<R>(pack, lane, at);
-        }
-        let status = match code {
+        let status = match pack.codes[lane] {
             code::MISS => Status::Miss,
             code::HIT => Status::Hit,
-            _ => Status::OutOfSteps,
+            code::SPENT => Status::OutOfSteps,
+            _ => return self.seldom::<R>(pack, lane, at),
         };
         self.sink.end(pack.place[lane], &pack.result::<R>(lane, status));
     }

@@ -37,12 +37,20 @@ impl<L: Lanes> Bundle<L> {
         self.t_max.set(lane, ray.t_max);
     }
 
+    /// The direction of another bundle's ray.
+    #[inline]
+    pub fn turn(&mut self, lane: usize, from: &Self, which: usize) {
+        for a in 0..3 {
+            self.direction[a].set(lane, from.direction[a].lane(which));
+        }
+    }
+
     /// Another bundle's ray.
     #[inline]
     pub fn take(&mut self, lane: usize, from: &Self, which: usize) {
+        self.turn(lane, from, which);
         for a in 0..3 {
             self.origin[a].set(lane, from.origin[a].lane(which));
-            self.direction[a].set(lane, from.direction[a].lane(which));
         }
         self.t.set(lane, from.t.lane(which));
         self.t_max.set(lane, from.t_max.lane(which));

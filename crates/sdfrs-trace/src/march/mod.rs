@@ -77,7 +77,7 @@ pub trait Source<T: Native>: Sync {
     fn width(&self) -> Option<usize> {
         None
     }
-    /// Where all rays start, at depth 0, if there is such a point; and a depth before which none ends.
+    /// Where all rays start, at depth 0, if there is such a point; and the depth at which all end.
     fn eye(&self) -> Option<([T; 3], T)> {
         None
     }
@@ -293,9 +293,7 @@ impl<T: Native> Job<'_, T> {
                 if !self.control.is_cancelled() {
                     let free = lock(&memories).pop();
                     let mut own = free.unwrap_or_else(&memory);
-                    if loud {
-                        out.clear();
-                    }
+                    out.begin(loud);
                     run(&mut own, tile, out);
                     lock(&memories).push(own);
                     self.control.advance(out.len() as u64);

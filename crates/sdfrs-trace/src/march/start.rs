@@ -17,13 +17,16 @@ pub struct Start<T> {
     /// The field there, and the length of the step tried from there; 0 where neither is known.
     pub r: T,
     pub length: T,
+    /// Where they ask next.
+    pub next: T,
     /// Samples taken.
     pub steps: u32,
 }
 
 impl<T: Native> Start<T> {
     pub fn unknown() -> Self {
-        Self { r: T::of(0.0), length: T::of(0.0), steps: 0 }
+        let zero = T::of(0.0);
+        Self { r: zero, length: zero, next: zero, steps: 0 }
     }
 
     /// Asks the field at the eye, if there is one; and whether that was of any use: not where a walk ends with its first
@@ -39,7 +42,7 @@ impl<T: Native> Start<T> {
         let plain = p.iter().all(|v| v.f64().to_bits() != (-0.0f64).to_bits());
         if plain && r.is_finite() && r > e && r < t_max && job.limits.max_steps > 1 {
             let length = if R::LONGER { rule.next(T::Lanes::splat(r), T::Lanes::c(-1.0)).lane(0) } else { r };
-            return Self { r, length, steps: 1 };
+            return Self { r, length, next: Real::min(length, Real::min(t_max, T::MAX)), steps: 1 };
         }
         Self::unknown()
     }

@@ -74,7 +74,7 @@ impl<L: Lanes> Pack<L> {
         L::S: Native<Lanes = L>,
     {
         let n = make(rays, next, &mut self.rays, &mut self.place);
-        let Start { r, length, steps } = *start;
+        let Start { r, length, next, steps } = *start;
         (self.state.t, self.state.r, self.state.witness) = (self.rays.t, L::splat(r), L::c(0.0));
         // Other rules never look at these.
         if R::LONGER {
@@ -83,7 +83,7 @@ impl<L: Lanes> Pack<L> {
         }
         self.steps = [steps; WIDEST];
         if steps > 0 {
-            self.rays.t = (self.rays.t + L::splat(length)).min(self.rays.t_max);
+            self.rays.t = L::splat(next);
         }
         (n..L::WIDTH).for_each(|lane| self.free(lane));
         n
@@ -106,9 +106,16 @@ impl<L: Lanes> Pack<L> {
         place: u32,
         start: &Start<L::S>,
     ) {
-        self.rays.take(lane, from, which);
         let (zero, state) = (L::S::of(0.0), &mut self.state);
-        state.t.set(lane, from.t.lane(which));
+        if start.steps > 0 {
+            // All else is the same for all.
+            self.rays.turn(lane, from, which);
+            self.rays.t.set(lane, start.next);
+            state.t.set(lane, zero);
+        } else {
+            self.rays.take(lane, from, which);
+            state.t.set(lane, from.t.lane(which));
+        }
         state.r.set(lane, start.r);
         state.witness.set(lane, zero);
         // Other rules never look at these.
@@ -119,10 +126,6 @@ impl<L: Lanes> Pack<L> {
             (self.fallbacks[lane], self.accepted[lane]) = (0, 0);
         }
         (self.steps[lane], self.place[lane]) = (start.steps, place);
-        if start.steps > 0 {
-            let ask = from.t.lane(which) + start.length;
-            self.rays.t.set(lane, Real::min(ask, from.t_max.lane(which)));
-        }
     }
 
     /// Another pack's ray goes on in a lane of this one.
