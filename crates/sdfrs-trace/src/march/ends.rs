@@ -10,7 +10,7 @@ use super::{
     Threshold,
     feed::Feed,
     kernels::code,
-    swarm::{EIGHT, Pack, WIDEST},
+    swarm::{EIGHT, Eight, Pack, WIDEST},
 };
 use crate::tracer::{
     guarded::{Bracket, Rule},
@@ -30,13 +30,23 @@ pub struct End<T> {
 }
 
 impl<T: Scalar> End<T> {
-    #[inline(always)]
+    /// A miss lies at infinity.
     pub fn of(status: Status, tally: &Tally<T>) -> Self {
+        let end = Self::at(status, tally);
+        if status == Status::Miss { Self { t: T::INFINITY, ..end } } else { end }
+    }
+
+    /// Where the tally says.
+    #[inline(always)]
+    pub fn at(status: Status, tally: &Tally<T>) -> Self {
         let Tally { t, r, witness, steps, fallbacks, flags, .. } = *tally;
-        let (t, multiplier) = (if status == Status::Miss { T::INFINITY } else { t }, tally.multiplier());
+        let multiplier = tally.multiplier();
         Self { t, r, witness, multiplier, steps, fallbacks, status, flags }
     }
 }
+
+/// The lowest bit of each byte.
+const LOWEST: u64 = 0x0101_0101_0101_0101;
 
 /// Where ended rays go.
 pub trait Sink<T> {
@@ -72,21 +82,25 @@ pub struct Ends<'a, 'b, T: Native, S> {
 
 impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     /// Ended rays of some packs go to the sink, and others come; the number of lanes left free.
-    pub fn take<R: Rule<T::Lanes>>(&mut self, packs: &mut [Pack<T::Lanes>], picked: &[u32]) -> usize {
+    pub fn take<R: Rule<T::Lanes>>(
+        &mut self,
+        packs: &mut [Pack<T::Lanes>],
+        (picked, codes): (&[u32], &[Eight]),
+    ) -> usize {
         let mut free = 0;
-        // Many packs' lanes in one word: the end of a loop over its bits is a branch that nobody can guess.
-        for (some, first) in picked.chunks(EIGHT).zip((0..).step_by(EIGHT)) {
+        for (eight, first) in codes.iter().zip((0..).step_by(EIGHT)) {
             for octet in 0..T::Lanes::WIDTH / EIGHT {
+                // Many packs' lanes in one word: the end of a loop over its bits is a branch that nobody can guess.
                 let mut left = 0;
-                for (i, pack) in some.iter().enumerate() {
-                    left |= packs[*pack as usize].ended(octet) << i;
+                for (i, codes) in eight.iter().enumerate() {
+                    left |= (u64::from_le_bytes(codes.as_chunks().0[octet]) & LOWEST) << i;
                 }
                 while left != 0 {
                     let bit = left.trailing_zeros() as usize;
                     left &= left - 1;
                     let (lane, i) = (octet * EIGHT + bit / EIGHT, bit % EIGHT);
-                    let pack = &mut packs[some[i] as usize];
-                    self.end::<R>(pack, lane, (first + i) * T::Lanes::WIDTH + lane);
+                    let pack = &mut packs[picked[first + i] as usize];
+                    self.end::<R>(pack, eight[i][lane], lane, (first + i) * T::Lanes::WIDTH + lane);
                     free += usize::from(!self.next::<R>(pack, lane));
                 }
             }
@@ -111,23 +125,18 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
 
     /// The end of the ray in a lane, whose last sample is the `at`-th.
     #[inline(always)]
-    fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
-        let status = match pack.codes[lane] {
-            code::MISS => Status::Miss,
-            code::HIT => Status::Hit,
-            code::SPENT => Status::OutOfSteps,
-            _ => return self.seldom::<R>(pack, lane, at),
-        };
+    fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, code: u8, lane: usize, at: usize) {
+        let Some(status) = code::status(code) else { return self.seldom::<R>(pack, code, lane, at) };
         self.sink.end(pack.place[lane], &pack.result::<R>(lane, status));
     }
 
     #[cold]
     #[inline(never)]
-    fn seldom<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, lane: usize, at: usize) {
+    fn seldom<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, code: u8, lane: usize, at: usize) {
         let (t, r) = (pack.rays.t.lane(lane), self.r[at]);
         let e = self.limit.sample(t, self.p.each_ref().map(|p| p[at]), r).e;
         let place = pack.place[lane];
-        let end = match pack.codes[lane] {
+        let end = match code {
             code::TOLD => {
                 let limited = if r > self.limit.asked(t) { FLAG_PRECISION } else { 0 };
                 let inside = if r < -e { FLAG_INSIDE } else { 0 };
@@ -155,21 +164,24 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
 /// Rays that have passed everything; the number of lanes left free.
 pub fn pass<T: Native, R: Rule<T::Lanes>>(
     packs: &mut [Pack<T::Lanes>],
-    picked: &[u32],
+    (picked, codes): (&[u32], &[Eight]),
     sink: &mut impl Sink<T>,
 ) -> usize {
     let mut free = 0;
-    for &number in picked {
-        let pack = &mut packs[number as usize];
-        if pack.codes != [code::NONE; WIDEST] {
-            free += pass_pack::<T, R>(pack, sink);
+    for (number, codes) in picked.iter().zip(codes.as_flattened()) {
+        if *codes != [code::NONE; WIDEST] {
+            free += pass_pack::<T, R>(&mut packs[*number as usize], codes, sink);
         }
     }
     free
 }
 
-fn pass_pack<T: Native, R: Rule<T::Lanes>>(pack: &mut Pack<T::Lanes>, sink: &mut impl Sink<T>) -> usize {
-    let (codes, mut free) = (pack.codes, 0);
+fn pass_pack<T: Native, R: Rule<T::Lanes>>(
+    pack: &mut Pack<T::Lanes>,
+    codes: &[u8; WIDEST],
+    sink: &mut impl Sink<T>,
+) -> usize {
+    let mut free = 0;
     for lane in (0..T::Lanes::WIDTH).filter(|lane| codes[*lane] == code::MISS) {
         let end = End { r: T::INFINITY, ..pack.result::<R>(lane, Status::Miss) };
         sink.end(pack.place[lane], &end);

@@ -5,14 +5,14 @@
 use std::marker::PhantomData;
 
 use sdfrs_core::{
-    Real,
+    Real, Scalar,
     eval::{Kernel, Lanes, Native},
     lane::Truth,
 };
 
 use super::{
     Threshold,
-    swarm::{Pack, Span},
+    swarm::{Eight, Pack, Span},
 };
 use crate::tracer::guarded::{Rule, State, Verdict, step};
 
@@ -21,6 +21,7 @@ pub struct Jump<'a, T: Native, R> {
     pub packs: &'a mut [Pack<T::Lanes>],
     pub rule: PhantomData<R>,
     pub picked: &'a [u32],
+    pub codes: &'a mut [Eight],
     pub from: T,
     pub to: T,
 }
@@ -46,16 +47,19 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Jump<'_, T, R> {
                 T::Lanes::c(f64::from(code::NONE)),
             );
         }
-        mark_ended(self.packs, self.picked);
+        mark_ended(self.packs, self.picked, self.codes);
     }
 }
 
-/// Which lanes have ended. In a loop of its own: bytes would take the packs of a step apart.
+/// Which lanes have ended; what has missed goes to infinity. In a loop of its own: bytes would take the packs of a step
+/// apart.
 #[inline(always)]
-fn mark_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32]) {
-    for &number in picked {
+fn mark_ended<L: Lanes>(packs: &mut [Pack<L>], picked: &[u32], codes: &mut [Eight]) {
+    let (least, endless) = (L::c(f64::from(code::MISS - 1)), L::splat(L::S::INFINITY));
+    for (&number, codes) in picked.iter().zip(codes.as_flattened_mut()) {
         let pack = &mut packs[number as usize];
-        pack.end.bytes(&mut pack.codes);
+        pack.state.t = L::pick(L::lt(least, pack.end), endless, pack.state.t);
+        pack.end.bytes(codes);
     }
 }
 
@@ -135,6 +139,7 @@ pub struct Step<'a, T: Native, R> {
     pub p: &'a [Vec<T>; 3],
     pub r: &'a [T],
     pub span: Span<T>,
+    pub codes: &'a mut [Eight],
     /// Largest threshold that decided a hit.
     pub threshold: &'a mut T,
 }
@@ -193,7 +198,7 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
             pack.rays.t = T::Lanes::pick(goes_on, next, samples.t);
         }
         *self.threshold = Real::max(*self.threshold, -(-threshold).least());
-        mark_ended(self.packs, self.picked);
+        mark_ended(self.packs, self.picked, self.codes);
     }
 }
 
@@ -213,15 +218,26 @@ impl<T: Native, I: Iterator<Item = usize>> Kernel for Note<'_, T, I> {
     }
 }
 
-/// Ends of a walk as numbers that fit into lanes, and into three bits; where several hold, the last one counts.
+/// Ends of a walk as numbers that fit into lanes: odd, so that one bit tells them.
 pub mod code {
+    use sdfrs_core::Status;
+
     /// Goes on.
     pub const NONE: u8 = 0;
-    pub const MISS: u8 = 1;
-    pub const HIT: u8 = 2;
+    pub const HIT: u8 = 1;
     pub const SPENT: u8 = 3;
-    /// The others are seldom: a hit by the floor of the threshold, or from inside.
-    pub const TOLD: u8 = 4;
-    pub const CROSSED: u8 = 5;
-    pub const INVALID: u8 = 6;
+    /// These are seldom: a hit by the floor of the threshold, or from inside.
+    pub const TOLD: u8 = 5;
+    pub const CROSSED: u8 = 7;
+    pub const INVALID: u8 = 9;
+    /// The largest, so that one comparison tells it.
+    pub const MISS: u8 = 11;
+
+    /// What a ray has come to, where its code says all.
+    #[inline(always)]
+    pub fn status(code: u8) -> Option<Status> {
+        const ALL: [Option<Status>; 6] =
+            [Some(Status::Hit), Some(Status::OutOfSteps), None, None, None, Some(Status::Miss)];
+        ALL.get(usize::from(code / 2)).copied().flatten()
+    }
 }

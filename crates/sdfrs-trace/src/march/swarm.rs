@@ -25,10 +25,10 @@ use crate::tracer::{
 /// Widest pack of any scalar.
 pub const WIDEST: usize = 16;
 
-/// Lanes that share a word, a byte each.
+/// Packs whose lanes share words: eight lanes of eight packs.
 pub const EIGHT: usize = 8;
-/// The lowest bit of each.
-const LOWEST: u64 = 0x0101_0101_0101_0101;
+/// How the rays of eight packs have ended with the last sample ([`super::kernels::code`]).
+pub type Eight = [[u8; WIDEST]; EIGHT];
 
 /// A pack of rays. A lane that asks for a sample at infinity is free.
 #[derive(Clone)]
@@ -41,9 +41,8 @@ pub struct Pack<L> {
     pub accepted: [u32; WIDEST],
     /// Where the result goes.
     pub place: [u32; WIDEST],
-    /// How rays have ended with the last sample ([`super::kernels::code`]), as lanes and as bytes.
+    /// How rays have ended with the last sample ([`super::kernels::code`]).
     pub end: L,
-    pub codes: [u8; WIDEST],
 }
 
 impl<L: Lanes> Pack<L> {
@@ -51,16 +50,7 @@ impl<L: Lanes> Pack<L> {
     fn blank() -> Self {
         let (rays, none) = (Bundle::blank(), [0; WIDEST]);
         let (state, end) = (State::start(rays.t), rays.t);
-        Self {
-            rays,
-            state,
-            steps: none,
-            fallbacks: none,
-            accepted: none,
-            place: none,
-            end,
-            codes: [0; WIDEST],
-        }
+        Self { rays, state, steps: none, fallbacks: none, accepted: none, place: none, end }
     }
 
     /// The next rays of a queue, at their starts, over whatever was here; their number.
@@ -148,13 +138,6 @@ impl<L: Lanes> Pack<L> {
         self.place[lane] = from.place[which];
     }
 
-    /// Which of eight lanes have ended: the lowest bit of a byte each.
-    #[inline(always)]
-    pub fn ended(&self, octet: usize) -> u64 {
-        let codes = self.codes[octet * EIGHT..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
-        (codes | codes >> 1 | codes >> 2) & LOWEST
-    }
-
     /// What the ray in a lane has come to.
     pub fn tally<R: Rule<L>>(&self, lane: usize) -> Tally<L::S> {
         let one = L::S::of(1.0);
@@ -171,10 +154,10 @@ impl<L: Lanes> Pack<L> {
         }
     }
 
-    /// The same as a result.
+    /// The same as a result; a miss is at infinity already.
     #[inline(always)]
     pub fn result<R: Rule<L>>(&self, lane: usize, status: Status) -> End<L::S> {
-        End::of(status, &self.tally::<R>(lane))
+        End::at(status, &self.tally::<R>(lane))
     }
 }
 
@@ -195,6 +178,8 @@ pub struct Swarm<T: Native> {
     /// The first `used` of them.
     packs: Vec<Pack<T::Lanes>>,
     used: usize,
+    /// Of the packs that were picked last.
+    codes: Vec<Eight>,
     /// The nearest sample asked for in each pack, where somebody wants to know.
     near: Vec<T>,
     alive: usize,
@@ -202,7 +187,7 @@ pub struct Swarm<T: Native> {
 
 impl<T: Native> Default for Swarm<T> {
     fn default() -> Self {
-        Self { packs: Vec::new(), used: 0, near: Vec::new(), alive: 0 }
+        Self { packs: Vec::new(), used: 0, codes: Vec::new(), near: Vec::new(), alive: 0 }
     }
 }
 
@@ -271,9 +256,11 @@ impl<T: Native> Swarm<T> {
     ) {
         let (packs, mut threshold) = (&mut self.packs[..], T::of(0.0));
         let to = &mut threshold;
-        vectorise(Step { packs, rule, limit, max_steps, picked, p, r, span, threshold: to });
+        let codes = blank_codes(&mut self.codes, picked.len());
+        vectorise(Step { packs, rule, limit, max_steps, picked, p, r, span, codes, threshold: to });
         sink.hit(threshold);
-        let free = Ends { limit, max_steps, p, r, feed, sink }.take::<R>(&mut self.packs, picked);
+        let ended = (picked, &self.codes[..]);
+        let free = Ends { limit, max_steps, p, r, feed, sink }.take::<R>(&mut self.packs, ended);
         self.leave::<R>(free);
     }
 
@@ -317,8 +304,9 @@ impl<T: Native> Swarm<T> {
     ) {
         self.pick(to, picked);
         let rule = std::marker::PhantomData::<R>;
-        vectorise(Jump { packs: &mut self.packs, rule, picked, from, to });
-        let free = pass::<T, R>(&mut self.packs, picked, sink);
+        let codes = blank_codes(&mut self.codes, picked.len());
+        vectorise(Jump { packs: &mut self.packs, rule, picked, codes, from, to });
+        let free = pass::<T, R>(&mut self.packs, (picked, &self.codes), sink);
         self.leave::<R>(free);
         self.note(picked);
     }
@@ -356,4 +344,13 @@ impl<T: Native> Swarm<T> {
         }
         self.used = kept;
     }
+}
+
+/// Room for the codes of so many packs; beyond them nobody has ended.
+fn blank_codes(codes: &mut Vec<Eight>, packs: usize) -> &mut [Eight] {
+    codes.resize(packs.div_ceil(EIGHT), [[0; WIDEST]; EIGHT]);
+    if let Some(last) = codes.last_mut() {
+        *last = [[0; WIDEST]; EIGHT];
+    }
+    codes
 }
