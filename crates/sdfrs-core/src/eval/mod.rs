@@ -69,6 +69,8 @@ pub unsafe trait Lanes: Real + Send + Sync {
     fn pick(truth: Self::Mask, x: Self, y: Self) -> Self;
     /// Small whole numbers as bytes.
     fn bytes(self, to: &mut [u8]);
+    /// The number of a cell a lane ([`Scalar::cell`]).
+    fn cells(self, to: &mut [u32]);
     /// The least lane.
     fn least(self) -> Self::S;
     fn lane(&self, i: usize) -> Self::S;
@@ -125,6 +127,10 @@ macro_rules! native {
             #[inline(always)]
             fn bytes(self, to: &mut [u8]) {
                 Pack::bytes(self, to)
+            }
+            #[inline(always)]
+            fn cells(self, to: &mut [u32]) {
+                Pack::cells(self, to)
             }
             #[inline(always)]
             fn least(self) -> $t {

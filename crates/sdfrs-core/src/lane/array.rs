@@ -69,6 +69,16 @@ impl<T: Scalar, const W: usize> Pack<T, W> {
         }
     }
 
+    /// The number of a cell a lane.
+    #[inline(always)]
+    pub fn cells(self, to: &mut [u32]) {
+        if let Some(to) = to.first_chunk_mut::<W>() {
+            for i in 0..W {
+                to[i] = self.0[i].cell();
+            }
+        }
+    }
+
     /// Where `a < b`.
     #[inline(always)]
     pub fn below(a: Self, b: Self) -> Mask<W> {

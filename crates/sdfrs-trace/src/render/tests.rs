@@ -138,19 +138,26 @@ fn packs_of_rays_and_pixels_have_the_bits_of_one() {
                 );
             }
         }
+        // Single precision holds the normal of a single precision trace to the bit.
+        if size_of::<T>() == 8 {
+            return;
+        }
         let lights = [
             PointLight::at([4.0, 6.0, 3.0]),
             PointLight { color: [0.2, 0.1, 0.4], ..PointLight::at([-2.0; 3]) },
         ];
-        let (shape, surface) = (sphere(), Surface::default());
-        let scene = Scene { shape: &shape, camera, lights: &lights, surface };
-        let p = render::<T>(&scene, &Tracer::Basic { guards: true }, &LIMITS, 9.0, &Control::new()).unwrap();
-        let light = Light { lights: &lights, surface: &surface };
-        for i in 0..count {
-            let (ray, t) = (rays.ray(i), p.hits.t[i]);
-            let point = std::array::from_fn(|a| ray.origin[a] + t * ray.direction[a]);
-            // Single precision holds the normal of a single precision trace to the bit.
-            if size_of::<T>() == 4 {
+        let red = Surface { albedo: [0.9, 0.3, 0.2], ..Surface::default() };
+        let shape = sphere();
+        for (lights, surface) in
+            [(&lights[..1], Surface::default()), (&lights[..], Surface::default()), (&lights[..1], red)]
+        {
+            let scene = Scene { shape: &shape, camera, lights, surface };
+            let p =
+                render::<T>(&scene, &Tracer::Basic { guards: true }, &LIMITS, 9.0, &Control::new()).unwrap();
+            let light = Light { lights, surface: &surface };
+            for i in 0..count {
+                let (ray, t) = (rays.ray(i), p.hits.t[i]);
+                let point = std::array::from_fn(|a| ray.origin[a] + t * ray.direction[a]);
                 let normal = p.normals[i].map(|v| T::of(v.into()));
                 assert_eq!(p.rgb[i], light.pixel(p.hits.status[i], point, normal), "pixel {i}");
             }

@@ -101,7 +101,8 @@ impl Light<'_> {
         if !shows_surface(status) {
             return self.surface.unlit(status);
         }
-        Srgb::get().bytes(self.lamps().linear(point, normal).map(Scalar::f64))
+        let table = Srgb::get();
+        self.lamps().linear(point, normal).map(|linear| table.byte(linear))
     }
 }
 
@@ -133,6 +134,12 @@ impl<T: Scalar> Lamp<T> {
 }
 
 impl<T: Scalar> Lamps<T> {
+    /// Whether red, green and blue are the same everywhere.
+    pub fn grey(&self) -> bool {
+        let alike = |[r, g, b]: [T; 3]| r == g && g == b;
+        alike(self.albedo) && self.lamps.iter().all(|lamp| alike(lamp.color))
+    }
+
     /// Linear red, green and blue of a point with a unit normal.
     #[inline(always)]
     pub fn linear<R: Real<S = T>>(&self, point: [R; 3], normal: [R; 3]) -> [R; 3] {

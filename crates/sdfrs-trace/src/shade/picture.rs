@@ -18,7 +18,7 @@ use super::{
     direct::{Lamps, Light},
     normal::unit,
     slopes::Slopes,
-    srgb::Srgb,
+    srgb::{self, Srgb},
     window::{BLOCK, Window},
 };
 use crate::{
@@ -73,7 +73,7 @@ impl<T: Native> Shading<'_, T> {
                 if control.is_cancelled() {
                     return Err(TraceError::Cancelled);
                 }
-                let (normals, rgb) = (normals.fill([0.0; 3]), rgb.fill(unlit));
+                let (normals, rgb) = (normals.clear(), rgb.fill(unlit));
                 let (top, height) = (i * BLOCK[1], rgb.len() / width);
                 let mut rows = Rows { top, width, normals, rgb };
                 squares([0, top], [width, top + height], BLOCK, |from, to| {
@@ -111,7 +111,7 @@ impl<T: Native> Shading<'_, T> {
         for from in (0..block.clusters.len()).step_by(RUN) {
             let at = from..block.points[0].len().min(from + RUN);
             vectorise(Lit { lamps, block, at: at.clone() });
-            vectorise(Show { block, rows, at });
+            vectorise(Show { grey: lamps.grey(), block, rows, at });
         }
     }
 
@@ -140,8 +140,12 @@ struct Block<T: Native> {
     gradient: [Vec<T>; 4],
     /// Of a run of pixels.
     normal: [[T; RUN]; 3],
-    /// Linear.
+    /// Linear, and its steps in the table of bytes.
     colour: [[T; RUN]; 3],
+    steps: [[u32; RUN]; 3],
+    /// As they are shown.
+    normals: [[f32; 3]; RUN],
+    rgb: [[u8; 3]; RUN],
 }
 
 impl<T: Native> Default for Block<T> {
@@ -155,6 +159,9 @@ impl<T: Native> Default for Block<T> {
             gradient: Default::default(),
             normal: [[T::default(); RUN]; 3],
             colour: [[T::default(); RUN]; 3],
+            steps: [[0; RUN]; 3],
+            normals: [[0.0; 3]; RUN],
+            rgb: [[0; 3]; RUN],
         }
     }
 }
@@ -201,7 +208,7 @@ struct Lit<'a, T: Native> {
 impl<T: Native> Kernel for Lit<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Block { points: p, towards: d, gradient: [_, g @ ..], normal, colour, .. } = self.block;
+        let Block { points: p, towards: d, gradient: [_, g @ ..], normal, colour, steps, .. } = self.block;
         let width = T::Lanes::WIDTH;
         for (at, to) in self.at.step_by(width).zip((0..).step_by(width)) {
             let n = unit(pack(g, at), pack(d, at));
@@ -209,6 +216,7 @@ impl<T: Native> Kernel for Lit<'_, T> {
             for a in 0..3 {
                 n[a].store(&mut normal[a][to..to + width]);
                 rgb[a].store(&mut colour[a][to..to + width]);
+                srgb::step(rgb[a]).cells(&mut steps[a][to..to + width]);
             }
         }
     }
@@ -223,7 +231,9 @@ fn pack<T: Native>([x, y, z]: &[Vec<T>; 3], at: usize) -> [T::Lanes; 3] {
 
 /// Writes a run's normals and colours to where they belong.
 struct Show<'a, 'b, T: Native> {
-    block: &'a Block<T>,
+    /// One byte tells all of a pixel.
+    grey: bool,
+    block: &'a mut Block<T>,
     rows: &'a mut Rows<'b>,
     at: Range<usize>,
 }
@@ -231,29 +241,33 @@ struct Show<'a, 'b, T: Native> {
 impl<T: Native> Kernel for Show<'_, '_, T> {
     #[inline(always)]
     fn run(self) {
-        let (table, Self { block, rows, at }) = (Srgb::get(), self);
-        let ([x, y, z], [r, g, b]) = (&block.normal, &block.colour);
-        let normals = eights(x).iter().zip(eights(y)).zip(eights(z));
-        let colours = eights(r).iter().zip(eights(g)).zip(eights(b));
-        let pixels = block.clusters.pixels();
-        let pixels = pixels[at.start..at.end.min(pixels.len())].chunks(EIGHT);
-        for ((pixels, ((x, y), z)), ((r, g), b)) in pixels.zip(normals).zip(colours) {
-            let mut rgb = [[0; 3]; EIGHT];
-            for (i, rgb) in rgb.iter_mut().enumerate() {
-                *rgb = table.bytes([r[i].f64(), g[i].f64(), b[i].f64()]);
+        let Self { grey, block, rows, at } = self;
+        let Block { clusters, normal: [x, y, z], colour, steps, normals, rgb, .. } = block;
+        let pixels = clusters.pixels();
+        let pixels = &pixels[at.start..at.end.min(pixels.len())];
+        for (i, normal) in normals[..pixels.len()].iter_mut().enumerate() {
+            *normal = [x[i].f64() as f32, y[i].f64() as f32, z[i].f64() as f32];
+        }
+        let table = Srgb::get();
+        for (i, rgb) in rgb[..pixels.len()].iter_mut().enumerate() {
+            let first = table.at(steps[0][i], colour[0][i]);
+            *rgb = [first; 3];
+            if !grey {
+                rgb[1] = table.at(steps[1][i], colour[1][i]);
+                rgb[2] = table.at(steps[2][i], colour[2][i]);
             }
-            let normal = |i: usize| [x[i].f64() as f32, y[i].f64() as f32, z[i].f64() as f32];
+        }
+        for ((pixels, normals), rgb) in pixels.chunks(EIGHT).zip(normals.chunks(EIGHT)).zip(rgb.chunks(EIGHT))
+        {
             let place = rows.place(pixels[0]);
             if pixels.first_chunk().is_some_and(in_row) {
-                rows.rgb[place..place + EIGHT].copy_from_slice(&rgb);
-                for (i, to) in rows.normals[place..place + EIGHT].iter_mut().enumerate() {
-                    *to = normal(i);
-                }
+                rows.rgb[place..place + EIGHT].copy_from_slice(rgb);
+                rows.normals[place..place + EIGHT].copy_from_slice(normals);
                 continue;
             }
-            for (i, pixel) in pixels.iter().enumerate() {
+            for ((pixel, normal), rgb) in pixels.iter().zip(normals).zip(rgb) {
                 let place = rows.place(*pixel);
-                (rows.rgb[place], rows.normals[place]) = (rgb[i], normal(i));
+                (rows.rgb[place], rows.normals[place]) = (*rgb, *normal);
             }
         }
     }
@@ -266,9 +280,4 @@ const EIGHT: usize = 8;
 #[inline(always)]
 fn in_row(run: &[Pixel; EIGHT]) -> bool {
     (0..).zip(run).fold(true, |all, (i, pixel)| all & (pixel.0.wrapping_sub(run[0].0) == i))
-}
-
-/// A column eight by eight.
-fn eights<V>(column: &[V; RUN]) -> &[[V; EIGHT]] {
-    column.as_chunks().0
 }

@@ -6,12 +6,10 @@
 
 use std::sync::OnceLock;
 
-use sdfrs_core::math::Math;
+use sdfrs_core::{Real, Scalar, math::Math};
 
 /// Steps of the second table; the curve climbs less than a byte in one.
 const STEPS: usize = 4096;
-/// 2^52: numbers from there to twice as much are whole.
-const WHOLE: f64 = (1u64 << 52) as f64;
 
 pub struct Srgb {
     /// Least linear value of each byte; the last one stops the search.
@@ -57,20 +55,22 @@ impl Srgb {
     }
 
     /// One channel; below 0 is 0, above 1 is 255.
-    #[inline(always)]
-    pub fn byte(&self, linear: f64) -> u8 {
-        // What is not a number becomes 0. Digits next to 2^52 are a whole number's: a cast would ask whether it fits.
-        let step = (linear.max(0.0) * STEPS as f64).min(STEPS as f64) + WHOLE;
-        let step = step.to_bits() as usize % (2 * STEPS);
-        self.from(self.near[step], linear)
+    pub fn byte<T: Scalar>(&self, linear: T) -> u8 {
+        self.at(step(linear).cell(), linear)
     }
 
-    /// Three channels, which are often alike.
+    /// The same, where the step is known.
     #[inline(always)]
-    pub fn bytes(&self, [r, g, b]: [f64; 3]) -> [u8; 3] {
-        let first = self.byte(r);
-        if r == g && g == b { [first; 3] } else { [first, self.byte(g), self.byte(b)] }
+    pub fn at<T: Scalar>(&self, step: u32, linear: T) -> u8 {
+        self.from(self.near[step as usize % (2 * STEPS)], linear.f64())
     }
+}
+
+/// The nearest step to linear values, whose `cell` is its number. What is not a number becomes 0.
+#[inline(always)]
+pub fn step<R: Real>(linear: R) -> R {
+    let steps = R::c(STEPS as f64);
+    (linear.max(R::c(0.0)) * steps).min(steps)
 }
 
 /// A value from 0 to 1 as 8 bits; the cast saturates.
@@ -99,7 +99,7 @@ mod tests {
             assert_eq!(table.byte(v), 255);
         }
         for v in [f64::NAN, f64::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-300] {
-            assert_eq!(table.byte(v), 0);
+            assert_eq!([table.byte(v), table.byte(v as f32)], [0; 2]);
         }
     }
 
@@ -112,6 +112,8 @@ mod tests {
             let byte = table.byte(linear);
             seen[usize::from(byte)] = true;
             assert_eq!(byte, formula(linear), "{linear}");
+            let single = linear as f32;
+            assert_eq!(table.byte(single), formula(single.into()), "{single}");
         }
         assert!(seen.iter().all(|s| *s));
     }
