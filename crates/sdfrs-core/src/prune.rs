@@ -250,7 +250,7 @@ impl Probe {
         self.find_jumps(part, cell, memory);
         let mut grown = self.find_live(part, cell, exact, memory);
         to.clear();
-        let Memory { live, same, slot_of, broken, near, exact, .. } = memory;
+        let Memory { live, same, slot_of, broken, near, sifted, exact, .. } = memory;
         slot_of.clear();
         slot_of.extend(0..INPUTS);
         for (i, one) in part.ins.iter().enumerate() {
@@ -271,7 +271,8 @@ impl Probe {
             let spheres = if broken[slot] {
                 None
             } else {
-                self.spheres(pruner, Union { part, one, cell, below: exact[slot] }, near, &mut to.consts)
+                let union = Union { part, one, cell, below: exact[slot] };
+                self.spheres(pruner, union, (near, sifted), &mut to.consts)
             };
             if let Some(left) = spheres {
                 grown |= left.cut;

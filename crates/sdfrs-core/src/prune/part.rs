@@ -146,6 +146,7 @@ pub struct Memory {
     pub(super) broken: Vec<bool>,
     /// Up to where an instruction's value has to be kept.
     pub(super) exact: Vec<f32>,
-    /// Spheres of a crowd.
+    /// Spheres of a crowd, and what is known of a union's.
     pub(super) near: Vec<u32>,
+    pub(super) sifted: Vec<u8>,
 }

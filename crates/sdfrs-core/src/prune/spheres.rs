@@ -5,6 +5,7 @@ use super::{FEW, Part, Probe, Pruner};
 use crate::{
     crowd::Crowd,
     op::{Ins, Op},
+    vectorise::{Kernel, vectorise},
 };
 
 /// Whether spheres are left, and whether some were left out that may be the nearest.
@@ -26,6 +27,11 @@ impl Union<'_> {
     fn table(&self) -> &[f64] {
         &self.part.consts[self.one.k as usize..(self.one.k + self.one.n) as usize]
     }
+    /// The same as the probe has it.
+    fn single(&self) -> &[[f32; 4]] {
+        let consts = self.part.tape.tables().consts;
+        consts[self.one.k as usize..(self.one.k + self.one.n) as usize].as_chunks().0
+    }
     /// Whether it is asked for the point's own coordinates.
     fn is_plain(&self) -> bool {
         self.one.a[..3] == [0, 1, 2]
@@ -38,12 +44,12 @@ impl Probe {
         &self,
         pruner: &Pruner,
         union: Union,
-        near: &mut Vec<u32>,
+        (near, sifted): (&mut Vec<u32>, &mut Vec<u8>),
         to: &mut Vec<f64>,
     ) -> Option<Spheres> {
         let before = to.len();
         let cut = match union.one.op {
-            Op::SphereUnion => self.of_union(union, to),
+            Op::SphereUnion => self.of_union(union, sifted, to),
             Op::SphereCrowd => self.of_crowd(pruner.crowd(union.table()), union, near, to)?,
             _ => return None,
         };
@@ -78,29 +84,67 @@ impl Probe {
         Some(cut)
     }
 
-    fn of_union(&self, union: Union, to: &mut Vec<f64>) -> bool {
-        let [x, y, z] = self.middle(union);
+    fn of_union(&self, union: Union, sifted: &mut Vec<u8>, to: &mut Vec<f64>) -> bool {
         let [winning, touching] = self.reach(union);
         let plain = touching < winning && union.is_plain();
         let mut cut = false;
-        to.reserve(union.table().len());
-        for s in union.table().chunks_exact(4) {
-            let (dx, dy, dz) = (x - s[0] as f32, y - s[1] as f32, z - s[2] as f32);
-            let distance = dx * dx + dy * dy + dz * dz;
-            // Kept unless certainly farther; what is not a number is kept as well.
-            let beyond = |near: f32| {
-                let far = near + s[3] as f32;
-                far >= 0.0 && distance > far * far
-            };
-            if beyond(winning) {
-                continue;
-            }
-            if beyond(touching) || (plain && !self.cells[union.cell].touches(s, union.below)) {
-                cut = true;
-            } else {
-                to.extend_from_slice(s);
+        let spheres = union.single();
+        sifted.clear();
+        sifted.resize(spheres.len().next_multiple_of(WORD), AWAY);
+        vectorise(Sift { spheres, middle: self.middle(union), winning, touching, to: sifted });
+        let table = union.table().as_chunks::<4>().0;
+        for (eight, first) in sifted.as_chunks::<WORD>().0.iter().zip((0..).step_by(WORD)) {
+            // Most are away: eight at a look.
+            let mut left = u64::from_le_bytes(*eight);
+            while left != 0 {
+                let bit = left.trailing_zeros();
+                left &= !(0xff << (bit / 8 * 8));
+                let i = (bit / 8) as usize;
+                let sphere = &table[first + i];
+                if eight[i] == FAR || (plain && !self.cells[union.cell].touches(sphere, union.below)) {
+                    cut = true;
+                } else {
+                    to.extend_from_slice(sphere);
+                }
             }
         }
         cut
+    }
+}
+
+/// Bytes of a word.
+const WORD: usize = 8;
+/// A sphere is the nearest nowhere in a cell; it comes down to the value nowhere; it may do both.
+const AWAY: u8 = 0;
+const FAR: u8 = 1;
+const NEAR: u8 = 2;
+
+/// Where spheres are. Kept unless certainly farther; what is not a number is kept as well.
+struct Sift<'a> {
+    spheres: &'a [[f32; 4]],
+    middle: [f32; 3],
+    winning: f32,
+    touching: f32,
+    to: &'a mut [u8],
+}
+
+impl Kernel for Sift<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { spheres, middle: [x, y, z], winning, touching, to } = self;
+        for ([cx, cy, cz, r], to) in spheres.iter().zip(to) {
+            let (dx, dy, dz) = (x - cx, y - cy, z - cz);
+            let distance = dx * dx + dy * dy + dz * dz;
+            let (wins, touches) = (winning + r, touching + r);
+            let away = (wins >= 0.0) & (distance > wins * wins);
+            let far = (touches >= 0.0) & (distance > touches * touches);
+            *to = if away {
+                AWAY
+            } else if far {
+                FAR
+            } else {
+                NEAR
+            };
+        }
     }
 }
