@@ -15,7 +15,7 @@ mod tests;
 use std::sync::{Arc, OnceLock};
 
 use crate::{
-    lane::{Pack, Truth},
+    lane::{Mask, Pack, Truth},
     real::{Real, Scalar},
     vectorise::{Kernel, vectorise},
 };
@@ -76,12 +76,19 @@ impl Crowd {
         look.best
     }
 
-    /// Numbers of the spheres at most `reach` away from a point, from the first to the last, and perhaps of
-    /// some farther ones; false if there are more than `most`.
-    pub fn within(&self, p: [f32; 3], reach: f32, most: usize, to: &mut Vec<u32>) -> bool {
+    /// Numbers of the spheres at most `reach` away from a point that a sieve keeps, from the first to the last, and
+    /// perhaps of some farther ones; false if there are more than `most`.
+    pub fn within(
+        &self,
+        p: [f32; 3],
+        reach: f32,
+        sieve: &impl Sieve,
+        most: usize,
+        to: &mut Vec<u32>,
+    ) -> bool {
         to.clear();
         let reach = reach + (reach.abs() + tree::SLACK as f32) * tree::SLACK as f32;
-        vectorise(Within { crowd: self, p, reach, most, to });
+        vectorise(Within { crowd: self, p, reach, sieve, most, to });
         to.sort_unstable();
         // The last cluster may have a sphere more than once.
         to.dedup();
@@ -142,15 +149,30 @@ impl<S: Scalar> Nearest<S> {
     }
 }
 
-struct Within<'a> {
+/// Which spheres are wanted.
+pub trait Sieve {
+    /// Whether a sphere of x, y, z, r is; inlined into loops over packs, so without a branch.
+    fn keeps(&self, sphere: [f32; 4]) -> bool;
+}
+
+/// All.
+impl Sieve for () {
+    #[inline(always)]
+    fn keeps(&self, _: [f32; 4]) -> bool {
+        true
+    }
+}
+
+struct Within<'a, S> {
     crowd: &'a Crowd,
     p: [f32; 3],
     reach: f32,
+    sieve: &'a S,
     most: usize,
     to: &'a mut Vec<u32>,
 }
 
-impl Kernel for Within<'_> {
+impl<S: Sieve> Kernel for Within<'_, S> {
     #[inline(always)]
     fn run(self) {
         let mut own = self;
@@ -158,11 +180,16 @@ impl Kernel for Within<'_> {
     }
 }
 
-impl Visitor<f32> for Within<'_> {
+impl<S: Sieve> Visitor<f32> for Within<'_, S> {
     #[inline(always)]
     fn see(&mut self, cluster: &Block<f32>, ids: &[u32]) -> f32 {
         let d = distances(cluster, self.p) - Pack::load(&cluster[3 * WIDTH..]);
-        let mut bits = (!Pack::below(Pack::splat(self.reach), d)).bits();
+        let mut kept = Mask([0; WIDTH]);
+        for i in 0..WIDTH {
+            let sphere = [cluster[i], cluster[WIDTH + i], cluster[2 * WIDTH + i], cluster[3 * WIDTH + i]];
+            kept.0[i] = if self.sieve.keeps(sphere) { u32::MAX } else { 0 };
+        }
+        let mut bits = (kept & !Pack::below(Pack::splat(self.reach), d)).bits();
         while bits != 0 {
             self.to.push(ids[bits.trailing_zeros() as usize % WIDTH]);
             bits &= bits - 1;

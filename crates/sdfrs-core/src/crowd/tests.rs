@@ -118,7 +118,7 @@ fn none_within_reach_is_left_out() {
         let crowd = crowd(&rows);
         for (i, p) in points::<f32>(&rows).into_iter().enumerate().step_by(10) {
             let reach = brute(&rows, p).0 + [0.0, 0.1, 1.0][i % 3];
-            let all = crowd.within(p, reach, usize::MAX, &mut found);
+            let all = crowd.within(p, reach, &(), usize::MAX, &mut found);
             assert!(all && found.is_sorted());
             for (id, s) in rows.as_chunks::<4>().0.iter().enumerate() {
                 let s = s.map(|v| v as f32);
@@ -126,7 +126,7 @@ fn none_within_reach_is_left_out() {
                 assert!(!near || found.binary_search(&(id as u32)).is_ok(), "{name}: {p:?} and sphere {id}");
             }
             let half = found.len() / 2;
-            assert!(half == 0 || !crowd.within(p, reach, half, &mut found), "{name}: {half} are enough");
+            assert!(half == 0 || !crowd.within(p, reach, &(), half, &mut found), "{name}: {half} are enough");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Places in which a scene is pruned: balls, and the cylinders that rays fill inside them.
 
 use super::{MARGIN, up};
+use crate::crowd::Sieve;
 
 /// A ball in world units.
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,15 +41,37 @@ impl Cell {
         up(eps.max(cone * far).max(Self::noise(size)))
     }
 
-    /// Whether a sphere may come nearer than `below` to the cylinder.
-    pub(super) fn touches(&self, sphere: &[f64], below: f32) -> bool {
-        let Some(Rod { axis, along, across }) = self.rod else { return true };
-        let d: [f32; 3] = std::array::from_fn(|a| sphere[a] as f32 - self.centre[a]);
-        let reach = sphere[3] as f32 + below;
-        let far = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
-        let size = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    /// Which spheres may come nearer than `below` to the cylinder; all without one.
+    pub(super) fn around(&self, below: f32) -> Around {
+        let everything = Rod { axis: [0.0; 3], along: f32::INFINITY, across: f32::INFINITY };
+        Around { centre: self.centre, rod: self.rod.unwrap_or(everything), below }
+    }
+}
+
+/// What lies around a cell's cylinder.
+#[derive(Clone, Copy)]
+pub(super) struct Around {
+    centre: [f32; 3],
+    rod: Rod,
+    below: f32,
+}
+
+impl Around {
+    /// Whatever is asked.
+    pub fn all() -> Self {
+        Cell::default().around(f32::INFINITY)
+    }
+}
+
+impl Sieve for Around {
+    #[inline(always)]
+    fn keeps(&self, [x, y, z, r]: [f32; 4]) -> bool {
+        let Self { centre, rod: Rod { axis, along, across }, below } = *self;
+        let (x, y, z, reach) = (x - centre[0], y - centre[1], z - centre[2], r + below);
+        let far = x * axis[0] + y * axis[1] + z * axis[2];
+        let size = x * x + y * y + z * z;
         let (long, wide) = ((along + reach) * (1.0 + MARGIN), (across + reach) * (1.0 + MARGIN));
         // What is not a number is kept.
-        !(reach >= 0.0 && (far.abs() > long || size - far * far > wide * wide + 1e-5 * size))
+        !((reach >= 0.0) & ((far.abs() > long) | (size - far * far > wide * wide + 1e-5 * size)))
     }
 }

@@ -1,9 +1,9 @@
 //! What is left of a union of spheres in a cell: those that may be the nearest somewhere there, or, where only
 //! values up to a limit have to be kept, those that come so near.
 
-use super::{FEW, Part, Probe, Pruner};
+use super::{FEW, Part, Probe, Pruner, cell::Around};
 use crate::{
-    crowd::Crowd,
+    crowd::{Crowd, Sieve},
     op::{Ins, Op},
     vectorise::{Kernel, vectorise},
 };
@@ -71,27 +71,27 @@ impl Probe {
 
     fn of_crowd(&self, crowd: &Crowd, union: Union, near: &mut Vec<u32>, to: &mut Vec<f64>) -> Option<bool> {
         let [winning, touching] = self.reach(union);
-        if !(touching.is_finite() && crowd.within(self.middle(union), touching, FEW, near)) {
+        let around = self.around(union, touching < winning);
+        if !(touching.is_finite() && crowd.within(self.middle(union), touching, &around, FEW, near)) {
             return None;
         }
-        let cut = touching < winning;
-        let plain = cut && union.is_plain();
-        for sphere in near.iter().map(|id| crowd.sphere(*id)) {
-            if !plain || self.cells[union.cell].touches(sphere, union.below) {
-                to.extend(sphere);
-            }
-        }
-        Some(cut)
+        near.iter().for_each(|id| to.extend(crowd.sphere(*id)));
+        Some(touching < winning)
+    }
+
+    /// Which spheres may be met, where some are cut at all.
+    fn around(&self, union: Union, cut: bool) -> Around {
+        if cut && union.is_plain() { self.cells[union.cell].around(union.below) } else { Around::all() }
     }
 
     fn of_union(&self, union: Union, sifted: &mut Vec<u8>, to: &mut Vec<f64>) -> bool {
         let [winning, touching] = self.reach(union);
-        let plain = touching < winning && union.is_plain();
+        let around = self.around(union, touching < winning);
         let mut cut = false;
         let spheres = union.single();
         sifted.clear();
         sifted.resize(spheres.len().next_multiple_of(WORD), AWAY);
-        vectorise(Sift { spheres, middle: self.middle(union), winning, touching, to: sifted });
+        vectorise(Sift { spheres, middle: self.middle(union), winning, touching, around, to: sifted });
         let table = union.table().as_chunks::<4>().0;
         for (eight, first) in sifted.as_chunks::<WORD>().0.iter().zip((0..).step_by(WORD)) {
             // Most are away: eight at a look.
@@ -101,7 +101,7 @@ impl Probe {
                 left &= !(0xff << (bit / 8 * 8));
                 let i = (bit / 8) as usize;
                 let sphere = &table[first + i];
-                if eight[i] == FAR || (plain && !self.cells[union.cell].touches(sphere, union.below)) {
+                if eight[i] == FAR {
                     cut = true;
                 } else {
                     to.extend_from_slice(sphere);
@@ -114,7 +114,7 @@ impl Probe {
 
 /// Bytes of a word.
 const WORD: usize = 8;
-/// A sphere is the nearest nowhere in a cell; it comes down to the value nowhere; it may do both.
+/// A sphere is the nearest nowhere in a cell; it comes down to the value nowhere there; it may do both.
 const AWAY: u8 = 0;
 const FAR: u8 = 1;
 const NEAR: u8 = 2;
@@ -125,19 +125,20 @@ struct Sift<'a> {
     middle: [f32; 3],
     winning: f32,
     touching: f32,
+    around: Around,
     to: &'a mut [u8],
 }
 
 impl Kernel for Sift<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { spheres, middle: [x, y, z], winning, touching, to } = self;
-        for ([cx, cy, cz, r], to) in spheres.iter().zip(to) {
+        let Self { spheres, middle: [x, y, z], winning, touching, around, to } = self;
+        for (&[cx, cy, cz, r], to) in spheres.iter().zip(to) {
             let (dx, dy, dz) = (x - cx, y - cy, z - cz);
             let distance = dx * dx + dy * dy + dz * dz;
             let (wins, touches) = (winning + r, touching + r);
             let away = (wins >= 0.0) & (distance > wins * wins);
-            let far = (touches >= 0.0) & (distance > touches * touches);
+            let far = (touches >= 0.0) & (distance > touches * touches) | !around.keeps([cx, cy, cz, r]);
             *to = if away {
                 AWAY
             } else if far {

@@ -35,10 +35,17 @@ impl Default for Sizes {
 }
 
 impl Sizes {
-    /// Where every ray is walked: finer where a cell's program can be found in a crowd.
-    pub fn exact(pruner: &Pruner) -> Self {
+    /// Where every ray is walked: smaller where a cell's program can be found in a crowd, larger where many rays
+    /// share what little is left.
+    pub fn exact(pruner: &Pruner, rays: usize) -> Self {
         let all = Self::default();
-        if pruner.has_crowds() { Self { group: 8, coarse: 2.0, fine: 0.75, ..all } } else { all }
+        if pruner.has_crowds() {
+            Self { group: 8, coarse: 2.0, fine: 0.75, ..all }
+        } else if pruner.size() * ROOMY <= rays as u64 {
+            Self { group: 32, fine: 0.75, ..all }
+        } else {
+            all
+        }
     }
 
     /// Where cells are stepped over: thinner where long programs make empty ones worth more.
@@ -60,6 +67,8 @@ impl Sizes {
 const SMALL: usize = 1 << 16;
 const LARGE: usize = 1 << 18;
 const SPARSE: u64 = 10;
+/// Rays for each operation from which on those of a large group have little in their way.
+const ROOMY: u64 = 200;
 /// Operations of a long program.
 const LONG: u64 = 512;
 /// Shortest slab in units of the hit threshold.

@@ -240,7 +240,7 @@ impl<T: Native> Job<'_, T> {
         let sizes = pruner.map(|pruner| match skip {
             true if self.rays.planar() => Sizes::patches(pruner, self.rays.count()),
             true => Sizes::skip(pruner),
-            false => Sizes::exact(pruner),
+            false => Sizes::exact(pruner, self.rays.count()),
         });
         let sizes = sizes.unwrap_or_default();
         // Where cells are stepped over, nobody asks there.
