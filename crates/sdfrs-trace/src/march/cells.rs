@@ -14,63 +14,8 @@ use sdfrs_core::{
     prune::{CELLS, Clearance, Left, Memory, Part, Probe, Pruner},
 };
 
-use super::{Threshold, beam::Beam};
+use super::{Threshold, beam::Beam, sizes::Sizes};
 
-/// Sizes of cells: rays along a group's side, lengths of slabs over the beam's width, for blocks and for
-/// groups.
-#[derive(Debug, Clone, Copy)]
-pub struct Sizes {
-    pub block: usize,
-    pub group: usize,
-    coarse: f64,
-    fine: f64,
-    /// Whether patches go before rays.
-    pub patches: bool,
-}
-
-impl Default for Sizes {
-    fn default() -> Self {
-        Self { block: 64, group: 16, coarse: 1.0, fine: 1.5, patches: false }
-    }
-}
-
-impl Sizes {
-    /// Where every ray is walked: smaller where a cell's program can be found in a crowd, larger where many rays
-    /// share what little is left.
-    pub fn exact(pruner: &Pruner, rays: usize) -> Self {
-        let all = Self::default();
-        if pruner.has_crowds() {
-            Self { group: 8, coarse: 2.0, fine: 0.75, ..all }
-        } else if pruner.size() * ROOMY <= rays as u64 {
-            Self { group: 32, fine: 0.75, ..all }
-        } else {
-            all
-        }
-    }
-
-    /// Where cells are stepped over: thinner where long programs make empty ones worth more.
-    pub fn skip(pruner: &Pruner) -> Self {
-        Self { coarse: 3.0, fine: if pruner.size() < LONG { 1.5 } else { 0.75 }, ..Self::default() }
-    }
-
-    /// The same where patches of a picture go first. They find by themselves what is empty, and larger groups have more
-    /// packs to step together; unless too much is in each: then larger blocks share what is found of them.
-    pub fn patches(pruner: &Pruner, pixels: usize) -> Self {
-        let crowded = pruner.size() > pixels as u64 / SPARSE;
-        let block = if crowded && pixels >= LARGE { 128 } else { 64 };
-        let (group, coarse) = if crowded || pixels < SMALL { (16, 3.0) } else { (32, 2.0) };
-        Self { block, group, coarse, fine: 0.75, patches: true }
-    }
-}
-
-/// Pixels of a small picture, of a large one, and for each operation of a scene that leaves most of a group empty.
-const SMALL: usize = 1 << 16;
-const LARGE: usize = 1 << 18;
-const SPARSE: u64 = 10;
-/// Rays for each operation from which on those of a large group have little in their way.
-const ROOMY: u64 = 200;
-/// Operations of a long program.
-const LONG: u64 = 512;
 /// Shortest slab in units of the hit threshold.
 const SHORTEST: f64 = 64.0;
 /// Lengths of programs with a counter of their own.

@@ -16,6 +16,7 @@ mod kernels;
 mod order;
 mod pixel;
 mod refine;
+mod sizes;
 mod start;
 mod swarm;
 mod sweep;
@@ -43,12 +44,12 @@ use crate::{
         walk::Walk,
     },
 };
-use cells::Sizes;
 use columns::Columns;
 pub use feed::Bundle;
 use order::Order;
 pub use order::squares;
 pub use pixel::Pixel;
+use sizes::Sizes;
 use start::Start;
 pub use swarm::WIDEST;
 use worker::Worker;
