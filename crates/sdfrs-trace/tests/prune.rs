@@ -128,6 +128,11 @@ fn grazes<T: Native>(a: &Hits<T>, b: &Hits<T>, i: usize) -> bool {
     [a, b].iter().any(|h| h.status[i] == Status::OutOfSteps as u8 || h.distance[i].f64().abs() <= 4e-4)
 }
 
+/// A miss has gone without an end, and nothing was near last.
+fn is_far_if_missed<T: Native>(h: &Hits<T>, i: usize) -> bool {
+    h.status[i] != Status::Miss as u8 || (h.t[i].f64() == f64::INFINITY && h.distance[i].f64() > 0.0)
+}
+
 /// Operations for the steps alone: on pictures this small the probes and the empty lanes outweigh them.
 fn operations<T: Native>(hits: &Hits<T>) -> u64 {
     let run: u64 = hits.work.lengths.iter().map(|(ops, n)| ops * n).sum();
@@ -156,12 +161,9 @@ fn compare<T: Native>(seed: u64, scenes: usize) -> Saved {
                 assert!(grazes(&a, &c, i), "{what}, ray {i}: {} and {}", a.status[i], c.status[i]);
                 saved.other += 1;
             }
-            assert!(
-                c.steps[i] <= a.steps[i] + 40,
-                "{what}, ray {i}: {} and {} steps",
-                a.steps[i],
-                c.steps[i]
-            );
+            assert!(is_far_if_missed(&c, i), "{what}, ray {i}: no miss");
+            let steps = [a.steps[i], c.steps[i]];
+            assert!(steps[1] <= steps[0] + 40, "{what}, ray {i}: {steps:?} steps");
         }
         // Cells of other programs are no steps of one field.
         let steepest = |h: &Hits<T>| h.witness.iter().fold(0.0, |most, w| f64::max(most, w.f64()));
@@ -209,6 +211,7 @@ fn compare_large<T: Native>(seed: u64) {
             let other = (0..a.t.len()).filter(|&i| a.status[i] != h.status[i]);
             let other: Vec<_> = other.inspect(|&i| assert!(grazes(&a, h, i), "ray {i}")).collect();
             assert!(other.len() * 5000 < a.t.len(), "{} rays end otherwise", other.len());
+            assert!((0..a.t.len()).all(|i| is_far_if_missed(h, i)));
             let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && h.status[i] == 1);
             let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - h.t[i]).f64().abs() > 1.5e-4);
             assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());

@@ -60,6 +60,20 @@ impl<T: Scalar> Columns<'_, T> {
             }
         }
     }
+
+    /// As if all rays had missed everything without a step: those that end otherwise say so.
+    pub fn miss(&mut self) {
+        for row in &mut self.rows {
+            row.t.fill(T::INFINITY);
+            row.distance.fill(T::INFINITY);
+            // The others are 0, as pages are that nobody has written to.
+            if !self.new {
+                row.status.fill(Status::Miss as u8);
+                row.steps.fill(0);
+                row.witness.fill(T::of(0.0));
+            }
+        }
+    }
 }
 
 impl<T: Scalar> Sink<T> for Columns<'_, T> {
@@ -80,20 +94,6 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
             row.flags[k] = end.flags;
         }
         self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
-    }
-    #[inline(always)]
-    fn pass(&mut self, place: u32, n: usize) {
-        let new = self.new;
-        let (row, k) = self.at(place);
-        let to = k..k + n;
-        row.t[to.clone()].fill(T::INFINITY);
-        row.distance[to.clone()].fill(T::INFINITY);
-        // The others are 0, as pages are that nobody has written to.
-        if !new {
-            row.status[to.clone()].fill(Status::Miss as u8);
-            row.steps[to.clone()].fill(0);
-            row.witness[to].fill(T::of(0.0));
-        }
     }
     #[inline]
     fn hit(&mut self, threshold: T) {

@@ -51,8 +51,6 @@ const LOWEST: u64 = 0x0101_0101_0101_0101;
 /// Where ended rays go.
 pub trait Sink<T> {
     fn end(&mut self, place: u32, end: &End<T>);
-    /// So many neighbours, from a place on, have passed everything without a step.
-    fn pass(&mut self, place: u32, n: usize);
     /// A threshold that decided a hit.
     fn hit(&mut self, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);

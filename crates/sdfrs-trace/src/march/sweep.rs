@@ -9,9 +9,8 @@ use super::{
     cells::{Cells, Found},
     columns::Columns,
     cones::{Patch, Patches},
-    ends::Sink,
     feed::Feed,
-    order::{QUAD, Rectangle},
+    order::Rectangle,
     swarm::{Span, Swarm},
     worker::Samples,
 };
@@ -39,7 +38,7 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         let mut nobody = Feed::empty(job.rays);
         let Some(beam) = beam else {
             // Rays without a common direction share no cells.
-            patches.stop(|patch, end| self.leave(&patch, end, swarm, out));
+            patches.stop(|patch, end| self.leave(&patch, end, swarm));
             return samples.walk(job, cells.whole(job.field), rule, swarm, &mut nobody, out);
         };
         cells.begin_group(beam);
@@ -52,12 +51,12 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
                 Found::Empty(from, to) if T::of(to) > near => {
                     let (from, to) = (T::of(from), T::of(to));
                     swarm.jump::<R>((from, to), &mut samples.picked, out);
-                    patches.jump(to, |patch, end| self.leave(&patch, end, swarm, out));
+                    patches.jump(to, |patch, end| self.leave(&patch, end, swarm));
                     inside.from = f64::NAN;
                     continue;
                 }
                 Found::Cell(cell) if ahead < T::of(cell.to) => {
-                    let leave = |patch, end| self.leave(&patch, end, swarm, out);
+                    let leave = |patch, end| self.leave(&patch, end, swarm);
                     let points = patches.step(&cell, &mut samples.scratch, leave);
                     let ops = cell.program.ops();
                     cells.probe(ops, points);
@@ -70,7 +69,7 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
                     (cell.from, Span { until, edge }, cell.program)
                 }
                 _ if patches.under_way() => {
-                    patches.stop(|patch, end| self.leave(&patch, end, swarm, out));
+                    patches.stop(|patch, end| self.leave(&patch, end, swarm));
                     continue;
                 }
                 _ => (EVERYWHERE, Span::ALL, cells.whole(job.field)),
@@ -86,15 +85,10 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         }
     }
 
-    /// A patch's rays go on one by one, or are all at their ends.
-    fn leave(&self, patch: &Rectangle, end: Patch<T>, swarm: &mut Swarm<T>, out: &mut Columns<T>) {
-        match end {
-            Patch::Passed => patch.rows(|place, _, columns| match columns.len() {
-                // A number known beforehand needs no loops.
-                QUAD => out.pass(place, QUAD),
-                n => out.pass(place, n),
-            }),
-            Patch::Rays(t) => patch.few(|pixels| swarm.add::<R>(self.job.rays, pixels, t)),
+    /// A patch's rays go on one by one; if not, they are misses already.
+    fn leave(&self, patch: &Rectangle, end: Patch<T>, swarm: &mut Swarm<T>) {
+        if let Patch::Rays(t) = end {
+            patch.few(|pixels| swarm.add::<R>(self.job.rays, pixels, t));
         }
     }
 }

@@ -173,6 +173,7 @@ impl<T: Native> Worker<T> {
     ) {
         let Self { swarms, cells, samples, patches, .. } = self;
         let rays = sweep.job.rays;
+        out.miss();
         swarms.resize_with(swarms.len().max(1), Swarm::default);
         let mut corners = Bundle::blank();
         let mut beam = |of: &Rectangle| {
