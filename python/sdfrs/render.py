@@ -158,6 +158,21 @@ def _warn_slope(shape: Shape, summary: Summary) -> None:
         )
 
 
+def _warn_short(shape: Shape, camera: Camera, t_max: float, summary: Summary) -> None:
+    """Says so where nothing is hit because all rays end before the shape begins."""
+    if summary.misses < summary.rays or not all(map(math.isfinite, np.ravel(shape.bounds))):
+        return
+    corners = np.stack(np.meshgrid(*np.transpose(shape.bounds)), axis=-1).reshape(-1, 3) - camera.origin
+    forward = np.subtract(camera.target, camera.origin)
+    near = float((corners @ forward).min() / np.linalg.norm(forward))
+    if near > t_max:
+        far = float(np.linalg.norm(corners, axis=-1).max())
+        warnings.warn(
+            f"t_max={t_max:g} ends before the shape begins, {near:.4g} ahead of the camera: pass t_max={far:.4g}",
+            stacklevel=3,
+        )
+
+
 def _warn_software(software: bool, device: str) -> None:
     if software:
         warnings.warn(
@@ -208,6 +223,7 @@ def trace_stats(
     maps = {name: value.reshape(cam.height, cam.width) for name, value in found.items() if name != "summary"}
     summary = Summary(**found["summary"])
     _warn_slope(scene.shape, summary)
+    _warn_short(scene.shape, cam, t_max, summary)
     settings = Settings(
         tracer, eps, cone, max_steps, t_max, precision, used, _core.threads(), cam, None, None, None,
         _core.__version__, prune,
@@ -271,6 +287,7 @@ def render(
     size = (cam.height, cam.width)
     summary = Summary(**found["summary"])
     _warn_slope(scene.shape, summary)
+    _warn_short(scene.shape, cam, t_max, summary)
     return Image(
         rgb=found["rgb"].reshape(*size, 3),
         depth=found["t"].reshape(size),

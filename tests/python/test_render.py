@@ -221,6 +221,21 @@ def test_camera_choice():
     assert sdfrs.trace_stats(sdfrs.plane()).settings.camera.origin == (3.0, 2.0, 4.0)
 
 
+@pytest.mark.parametrize("call", [sdfrs.render, sdfrs.trace_stats], ids=["render", "stats"])
+def test_rays_that_end_before_the_shape_begins_say_so(call):
+    ball = sdfrs.sphere()
+    far = sdfrs.Camera.look_at((0, 0, 150), (0, 0, 0), width=24, height=16, fov=1.0)
+    flat = sdfrs.Camera.orthographic((0, 0, 150), (0, 0, 0), width=24, height=16, extent=3.0)
+    for camera in (far, flat):
+        with pytest.warns(UserWarning, match=r"t_max=100 ends before the shape begins, 149 ahead .* t_max=15[12]"):
+            call(ball, camera)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert call(ball, camera, t_max=152).summary.hits > 0
+            away = sdfrs.Camera.look_at((0, 0, 150), (0, 0, 300), width=24, height=16)
+            assert call(ball, away).summary.hits == 0  # nothing is there, however far
+
+
 def test_a_fitted_camera_beyond_t_max_says_so():
     with pytest.warns(UserWarning, match="t_max"):
         sdfrs.trace_stats(sdfrs.sphere(500))
