@@ -16,8 +16,10 @@ use crate::{
 
 mod chain;
 mod kernel;
+mod spheres;
 
 pub use chain::chain;
+pub use spheres::unions;
 
 /// An operand as the Lipschitz rules see it: its own bound and its certified range.
 #[derive(Debug, Clone, Copy)]

@@ -294,11 +294,22 @@ macro_rules! steps {
             unsafe { crate::op::chain::<R>(run, slots, width, t) }
         }
 
+        #[inline(never)]
+        #[cfg_attr(target_arch = "x86_64", target_feature(enable = $features))]
+        #[allow(unsafe_code)]
+        unsafe fn unions<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
+            // SAFETY: passed on.
+            unsafe { crate::op::unions::<R>(run, slots, width, t) }
+        }
+
         struct Table<R, Q>(std::marker::PhantomData<(R, Q)>);
         impl<R: Real, Q: Real<S = R::S>> Table<R, Q> {
             /// A function for each op; those that join share one.
-            const STEPS: &'static [super::Step<R>] =
-                &[$(if Op::$op.joins() { chain::<R> } else { arm::$op::<R, Q> }),*];
+            const STEPS: &'static [super::Step<R>] = &[$(match Op::$op {
+                Op::SphereUnion => unions::<R>,
+                op if op.joins() => chain::<R>,
+                _ => arm::$op::<R, Q>,
+            }),*];
         }
 
         #[inline(always)]

@@ -94,7 +94,7 @@ pub fn gyroid<R: Real>(x: R, y: R, z: R) -> R {
 /// slack covers every rounding, so that no bit depends on which points share a pack.
 #[inline(always)]
 pub fn sphere_union<R: Real>(x: R, y: R, z: R, table: &[R::S]) -> R {
-    let (slack, tiny) = (R::splat(R::S::of(1.0 + 16.0 * R::S::EPS.f64())), R::splat(R::S::TINY));
+    let (slack, tiny) = (R::splat(slack::<R>()), R::splat(R::S::TINY));
     let mut d = R::splat(R::S::INFINITY);
     let (mut rest, _) = table.as_chunks::<4>();
     while let [s, others @ ..] = rest {
@@ -127,6 +127,12 @@ fn nearest_alike<R: Real>([x, y, z]: [R; 3], r: R::S, mut square: R, rest: &mut 
         *rest = others;
     }
     square
+}
+
+/// What a square may lose by rounding.
+#[inline(always)]
+pub fn slack<R: Real>() -> R::S {
+    R::S::of(1.0 + 16.0 * R::S::EPS.f64())
 }
 
 /// The same of a crowd; table: its number.
