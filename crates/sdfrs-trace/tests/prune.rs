@@ -300,10 +300,10 @@ fn a_thousand_spheres_cost_a_few() {
     assert_eq!(bits(&a), bits(&b));
     assert_eq!((a.work.prune, b.work.prune), (Prune::Off, Prune::Exact));
     let (all, left) = (a.work.node_evaluations, b.work.node_evaluations);
-    assert!(left * 7 < all, "{left} of {all}");
+    assert!(left * 20 < all, "{left} of {all}");
     // Most of what could win somewhere in a cell is met by none of its rays.
     let c = trace::<f32>(&shape, &view, &tracer, Prune::Skip);
-    assert!(c.work.node_evaluations * 4 < left, "{} of {left}", c.work.node_evaluations);
+    assert!(c.work.node_evaluations * 3 < left * 2, "{} of {left}", c.work.node_evaluations);
     assert!(b.work.arena_bytes > 0 && b.work.arena_bytes < 1 << 24, "{} bytes", b.work.arena_bytes);
 }
 

@@ -1,7 +1,7 @@
 //! What is left of a union of spheres in a cell: those that may be the nearest somewhere there, or, where only
 //! values up to a limit have to be kept, those that come so near.
 
-use super::{FEW, Part, Probe, Pruner, cell::Around};
+use super::{FEW, MARGIN, Part, Probe, Pruner, cell::Around};
 use crate::{
     crowd::{Crowd, Sieve},
     op::{Ins, Op},
@@ -49,7 +49,7 @@ impl Probe {
     ) -> Option<Spheres> {
         let before = to.len();
         let cut = match union.one.op {
-            Op::SphereUnion => self.of_union(union, sifted, to),
+            Op::SphereUnion => self.of_union(union, (near, sifted), to),
             Op::SphereCrowd => self.of_crowd(pruner.crowd(union.table()), union, near, to)?,
             _ => return None,
         };
@@ -84,7 +84,12 @@ impl Probe {
         if cut && union.is_plain() { self.cells[union.cell].around(union.below) } else { Around::all() }
     }
 
-    fn of_union(&self, union: Union, sifted: &mut Vec<u8>, to: &mut Vec<f64>) -> bool {
+    fn of_union(
+        &self,
+        union: Union,
+        (near, sifted): (&mut Vec<u32>, &mut Vec<u8>),
+        to: &mut Vec<f64>,
+    ) -> bool {
         let [winning, touching] = self.reach(union);
         let around = self.around(union, touching < winning);
         let mut cut = false;
@@ -92,21 +97,23 @@ impl Probe {
         sifted.clear();
         sifted.resize(spheres.len().next_multiple_of(WORD), AWAY);
         vectorise(Sift { spheres, middle: self.middle(union), winning, touching, around, to: sifted });
-        let table = union.table().as_chunks::<4>().0;
+        near.clear();
         for (eight, first) in sifted.as_chunks::<WORD>().0.iter().zip((0..).step_by(WORD)) {
             // Most are away: eight at a look.
             let mut left = u64::from_le_bytes(*eight);
             while left != 0 {
                 let bit = left.trailing_zeros();
                 left &= !(0xff << (bit / 8 * 8));
-                let i = (bit / 8) as usize;
-                let sphere = &table[first + i];
-                if eight[i] == FAR {
-                    cut = true;
-                } else {
-                    to.extend_from_slice(sphere);
+                match eight[(bit / 8) as usize] {
+                    FAR => cut = true,
+                    _ => near.push(first + bit / 8),
                 }
             }
+        }
+        let table = union.table().as_chunks::<4>().0;
+        let hidden = Hidden::behind(self, union, near.iter().map(|i| &spheres[*i as usize]));
+        for i in near.iter().map(|i| *i as usize).filter(|i| !hidden.holds(&spheres[*i])) {
+            to.extend_from_slice(&table[i]);
         }
         cut
     }
@@ -148,4 +155,43 @@ impl Kernel for Sift<'_> {
             };
         }
     }
+}
+
+/// What the sphere nearest to a cell's middle hides: others no larger, if the cell lies on its side of the plane
+/// between the two centres.
+struct Hidden {
+    middle: [f32; 3],
+    /// How far the cell reaches, and what rounding may add to a distance.
+    around: f32,
+    noise: f32,
+    nearest: [f32; 4],
+    square: f32,
+}
+
+impl Hidden {
+    fn behind<'a>(probe: &Probe, union: Union, spheres: impl Iterator<Item = &'a [f32; 4]>) -> Self {
+        let Union { part, one, cell, .. } = union;
+        let (around, middle) = (probe.deviation(part, one.d, cell, false), probe.middle(union));
+        let noise = part.known_of(one.d).noise(probe.cells[cell].centre, probe.cells[cell].radius);
+        let nobody = Self { middle, around, noise, nearest: [0.0; 4], square: f32::INFINITY };
+        spheres.fold(nobody, |best, sphere| {
+            let square = squared(middle, sphere);
+            if square < best.square { Self { nearest: *sphere, square, ..best } } else { best }
+        })
+    }
+
+    fn holds(&self, sphere: &[f32; 4]) -> bool {
+        let Self { middle, around, noise, nearest, square } = *self;
+        let (far, [x, y, z, r]) = (squared(middle, sphere), *sphere);
+        let apart = squared([x, y, z], &nearest).sqrt();
+        // Twice the distance from the plane, times that of the centres, less what rounding makes of squares. What is not
+        // a number is kept.
+        let rounding = 8.0 * noise * (far.sqrt() + around) + 16.0 * f32::EPSILON * (far + square);
+        r <= nearest[3] && far - square > 2.0 * around * (1.0 + MARGIN) * apart + rounding
+    }
+}
+
+fn squared([x, y, z]: [f32; 3], [cx, cy, cz, _]: &[f32; 4]) -> f32 {
+    let (x, y, z) = (x - cx, y - cy, z - cz);
+    x * x + y * y + z * z
 }
