@@ -25,12 +25,11 @@ impl Sizes {
     /// Where every ray is walked. Smaller groups where few rays share much of a scene: there each has a part of its own.
     pub fn exact(pruner: &Pruner, rays: usize) -> Self {
         let group = match (pruner.has_crowds(), share(pruner, rays)) {
-            (true, ..2) | (false, ..32) => 8,
+            (true, ..2) => 8,
             (true, _) | (false, ..200) => 16,
             (false, _) => 32,
         };
-        let coarse = if pruner.has_crowds() { 2.0 } else { 1.0 };
-        let fine = if pruner.has_crowds() || group == 32 { 0.75 } else { 1.5 };
+        let (coarse, fine) = if pruner.has_crowds() { (2.0, 0.75) } else { (1.0, 1.0) };
         Self { group, coarse, fine, ..Self::default() }
     }
 
