@@ -5,6 +5,7 @@
 //! (law: tests/laws, forced instruction sets).
 
 mod run;
+mod slots;
 
 use std::sync::Arc;
 
@@ -24,7 +25,8 @@ pub use crate::{
     isa::{Isa, best, isa},
     vectorise::{Kernel, vectorise},
 };
-use run::{Batch, Slots};
+use run::Batch;
+use slots::Slots;
 
 /// A scalar with a pack of its own.
 pub trait Native: Scalar {
