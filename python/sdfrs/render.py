@@ -165,7 +165,8 @@ def _warn_short(shape: Shape, camera: Camera, t_max: float, summary: Summary) ->
     corners = np.stack(np.meshgrid(*np.transpose(shape.bounds)), axis=-1).reshape(-1, 3) - camera.origin
     forward = np.subtract(camera.target, camera.origin)
     near = float((corners @ forward).min() / np.linalg.norm(forward))
-    if near > t_max:
+    # Where a camera is fitted, that has been said already.
+    if near > t_max and camera != fitted(shape, camera.width, camera.height):
         far = float(np.linalg.norm(corners, axis=-1).max())
         warnings.warn(
             f"t_max={t_max:g} ends before the shape begins, {near:.4g} ahead of the camera: pass t_max={far:.4g}",
