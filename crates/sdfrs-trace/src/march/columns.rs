@@ -82,7 +82,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
         let (row, k) = self.at(place);
         (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status as u8, end.steps);
         (row.distance[k], row.witness[k]) = (end.r, end.witness);
-        // Most have none, and rules that try no longer steps never do.
+        // 1 is there already, and rules that try no longer steps have no other.
         if end.multiplier != T::of(1.0) {
             row.multiplier[k] = end.multiplier;
         }

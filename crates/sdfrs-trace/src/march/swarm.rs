@@ -98,7 +98,7 @@ impl<L: Lanes> Pack<L> {
     ) {
         let (zero, state) = (L::S::of(0.0), &mut self.state);
         if start.steps > 0 {
-            // All else is the same for all.
+            // The rays of an eye differ in nothing else.
             self.rays.turn(lane, from, which);
             self.rays.t.set(lane, start.next);
             state.t.set(lane, zero);
