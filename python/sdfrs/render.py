@@ -160,7 +160,7 @@ def _warn_slope(shape: Shape, summary: Summary) -> None:
 
 def _warn_short(shape: Shape, camera: Camera, t_max: float, summary: Summary) -> None:
     """Says so where nothing is hit because all rays end before the shape begins."""
-    if summary.misses < summary.rays or not all(map(math.isfinite, np.ravel(shape.bounds))):
+    if summary.misses < summary.rays or not np.isfinite(shape.bounds).all():
         return
     corners = np.stack(np.meshgrid(*np.transpose(shape.bounds)), axis=-1).reshape(-1, 3) - camera.origin
     forward = np.subtract(camera.target, camera.origin)

@@ -155,14 +155,6 @@ pub trait Sieve {
     fn keeps(&self, sphere: [f32; 4]) -> bool;
 }
 
-/// All.
-impl Sieve for () {
-    #[inline(always)]
-    fn keeps(&self, _: [f32; 4]) -> bool {
-        true
-    }
-}
-
 struct Within<'a, S> {
     crowd: &'a Crowd,
     p: [f32; 3],

@@ -25,6 +25,13 @@ fn brute<S: Scalar>(rows: &[f64], p: [S; 3]) -> (S, [S; 4]) {
     best
 }
 
+/// All.
+impl Sieve for () {
+    fn keeps(&self, _: [f32; 4]) -> bool {
+        true
+    }
+}
+
 fn rows(n: usize, sphere: impl FnMut(usize) -> [f64; 4]) -> Vec<f64> {
     (0..n).flat_map(sphere).collect()
 }

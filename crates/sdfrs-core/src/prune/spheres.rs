@@ -1,6 +1,8 @@
 //! What is left of a union of spheres in a cell: those that may be the nearest somewhere there, or, where only
 //! values up to a limit have to be kept, those that come so near.
 
+use std::ops::Range;
+
 use super::{FEW, MARGIN, Part, Probe, Pruner, cell::Around};
 use crate::{
     crowd::{Crowd, Sieve},
@@ -24,13 +26,15 @@ pub(super) struct Union<'a> {
 }
 
 impl Union<'_> {
+    fn range(&self) -> Range<usize> {
+        self.one.k as usize..(self.one.k + self.one.n) as usize
+    }
     fn table(&self) -> &[f64] {
-        &self.part.consts[self.one.k as usize..(self.one.k + self.one.n) as usize]
+        &self.part.consts[self.range()]
     }
     /// The same as the probe has it.
     fn single(&self) -> &[[f32; 4]] {
-        let consts = self.part.tape.tables().consts;
-        consts[self.one.k as usize..(self.one.k + self.one.n) as usize].as_chunks().0
+        self.part.tape.tables().consts[self.range()].as_chunks().0
     }
     /// Whether it is asked for the point's own coordinates.
     fn is_plain(&self) -> bool {
@@ -139,13 +143,12 @@ struct Sift<'a> {
 impl Kernel for Sift<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { spheres, middle: [x, y, z], winning, touching, around, to } = self;
-        for (&[cx, cy, cz, r], to) in spheres.iter().zip(to) {
-            let (dx, dy, dz) = (x - cx, y - cy, z - cz);
-            let distance = dx * dx + dy * dy + dz * dz;
+        let Self { spheres, middle, winning, touching, around, to } = self;
+        for (sphere, to) in spheres.iter().zip(to) {
+            let (distance, r) = (squared(middle, sphere), sphere[3]);
             let (wins, touches) = (winning + r, touching + r);
             let away = (wins >= 0.0) & (distance > wins * wins);
-            let far = (touches >= 0.0) & (distance > touches * touches) | !around.keeps([cx, cy, cz, r]);
+            let far = (touches >= 0.0) & (distance > touches * touches) | !around.keeps(*sphere);
             *to = if away {
                 AWAY
             } else if far {
@@ -191,6 +194,8 @@ impl Hidden {
     }
 }
 
+/// From a point to a sphere's centre.
+#[inline(always)]
 fn squared([x, y, z]: [f32; 3], [cx, cy, cz, _]: &[f32; 4]) -> f32 {
     let (x, y, z) = (x - cx, y - cy, z - cz);
     x * x + y * y + z * z

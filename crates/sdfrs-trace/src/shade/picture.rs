@@ -108,10 +108,11 @@ impl<T: Native> Shading<'_, T> {
         let Block { slopes, clusters, points, gradient, .. } = &mut *block;
         let deep = |near: f64| self.frame.span(BLOCK[0], near);
         slopes.run(self.program, pruner, &mut clusters.list, deep, points, gradient);
+        let grey = lamps.grey();
         for from in (0..block.clusters.len()).step_by(RUN) {
             let at = from..block.points[0].len().min(from + RUN);
             vectorise(Lit { lamps, block, at: at.clone() });
-            vectorise(Show { grey: lamps.grey(), block, rows, at });
+            vectorise(Show { grey, block, rows, at });
         }
     }
 
