@@ -30,16 +30,25 @@ impl Isa {
 }
 
 /// The best instruction set here, or the one that SDFRS_ISA names if the processor has it.
+#[inline]
 pub fn isa() -> Isa {
     static ISA: OnceLock<Isa> = OnceLock::new();
-    *ISA.get_or_init(|| {
-        let wanted = std::env::var("SDFRS_ISA").unwrap_or_default();
-        let cap = Isa::ALL.into_iter().find(|i| i.name() == wanted).unwrap_or(Isa::Avx512);
-        best().min(cap)
-    })
+    // Asked several times a step: a look at a word, and no call.
+    match ISA.get() {
+        Some(isa) => *isa,
+        None => *ISA.get_or_init(choose),
+    }
+}
+
+#[cold]
+fn choose() -> Isa {
+    let wanted = std::env::var("SDFRS_ISA").unwrap_or_default();
+    let cap = Isa::ALL.into_iter().find(|i| i.name() == wanted).unwrap_or(Isa::Avx512);
+    best().min(cap)
 }
 
 /// The best instruction set here; asked of the processor once.
+#[inline]
 pub fn best() -> Isa {
     static BEST: OnceLock<Isa> = OnceLock::new();
     *BEST.get_or_init(detect)

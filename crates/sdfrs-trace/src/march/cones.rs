@@ -25,7 +25,7 @@ const WORTH: f64 = 0.5;
 const ROUNDED: f64 = 8.0;
 
 /// Cones of as many patches as there are lanes: their mean rays, and how far the others are from these.
-struct Cones<L> {
+struct Cones<L: Lanes> {
     origin: [L; 3],
     direction: [L; 3],
     off: Offsets<L>,
@@ -33,6 +33,8 @@ struct Cones<L> {
     /// Nothing lies before this depth; and where the field is wanted next, infinite where nobody goes on.
     t: L,
     ask: L,
+    /// The nearest of these.
+    near: L::S,
     codes: [u8; WIDEST],
 }
 
@@ -63,6 +65,8 @@ pub struct Patches<T: Native> {
     corners: [Bundle<T::Lanes>; 4],
     p: [Vec<T>; 3],
     r: Vec<T>,
+    /// Cones that are asked.
+    picked: Vec<u32>,
     nearest: T,
 }
 
@@ -77,6 +81,7 @@ impl<T: Native> Patches<T> {
             corners: [Bundle::blank(); 4],
             p: Default::default(),
             r: Vec::new(),
+            picked: Vec::new(),
             nearest: T::INFINITY,
         }
     }
@@ -106,6 +111,7 @@ impl<T: Native> Patches<T> {
             }
             vectorise(Fit { corners: &self.corners, to: cones });
             (to - from..Self::WIDTH).for_each(|lane| cones.ask.set(lane, T::INFINITY));
+            cones.near = cones.ask.least();
         }
         let n = self.cones.len() * Self::WIDTH;
         self.p.iter_mut().chain([&mut self.r]).for_each(|column| column.resize(n, T::of(0.0)));
@@ -122,7 +128,13 @@ impl<T: Native> Patches<T> {
     }
 
     fn note(&mut self) {
-        self.nearest = self.cones.iter().map(|cones| cones.ask.least()).fold(T::INFINITY, T::min);
+        self.nearest = self.cones.iter().map(|cones| cones.near).fold(T::INFINITY, T::min);
+    }
+
+    /// Those that ask for a sample before a depth.
+    fn pick(&mut self, to: T) {
+        self.picked.clear();
+        self.picked.extend((0..).zip(&self.cones).filter(|(_, cones)| cones.near < to).map(|(i, _)| i));
     }
 
     /// Nothing lies up to a depth.
@@ -130,9 +142,8 @@ impl<T: Native> Patches<T> {
         if !self.under_way() {
             return;
         }
-        for cones in &mut self.cones {
-            vectorise(Jump { cones, to });
-        }
+        self.pick(to);
+        vectorise(Jump { cones: &mut self.cones, picked: &self.picked, to });
         self.settle(take);
     }
 
@@ -144,17 +155,14 @@ impl<T: Native> Patches<T> {
         take: impl FnMut(Rectangle, Patch<T>),
     ) -> u64 {
         let (to, clearance) = (T::of(stretch.to), stretch.clearance);
-        let Self { cones, p, r, .. } = self;
-        for (i, cones) in cones.iter().enumerate() {
-            vectorise(Points { cones, to, at: i * Self::WIDTH, p });
-        }
-        stretch.program.eval(scratch, p.each_ref().map(|p| &p[..]), r);
-        for (cones, r) in cones.iter_mut().zip(r.chunks_exact(Self::WIDTH)) {
-            vectorise(Step { cones, r, clearance, to });
-        }
-        let points = r.len() as u64;
+        self.pick(to);
+        let Self { cones, picked, p, r, .. } = self;
+        let n = picked.len() * Self::WIDTH;
+        vectorise(Points { cones, picked, to, p });
+        stretch.program.eval(scratch, p.each_ref().map(|p| &p[..n]), &mut r[..n]);
+        vectorise(Step { cones, picked, r, clearance, to });
         self.settle(take);
-        points
+        n as u64
     }
 
     /// All that are left go on as rays.
@@ -170,11 +178,12 @@ impl<T: Native> Patches<T> {
 
     /// Hands over what has ended.
     fn settle(&mut self, mut take: impl FnMut(Rectangle, Patch<T>)) {
-        for (cones, of) in self.cones.iter_mut().zip(self.of.chunks(Self::WIDTH)) {
+        for &number in &self.picked {
+            let (cones, from) = (&self.cones[number as usize], number as usize * Self::WIDTH);
             if cones.codes == [code::NONE; WIDEST] {
                 continue;
             }
-            for (lane, patch) in of.iter().enumerate() {
+            for (lane, patch) in self.of[from..].iter().take(Self::WIDTH).enumerate() {
                 match cones.codes[lane] {
                     code::PASSED => take(*patch, Patch::Passed),
                     code::STUCK => take(*patch, Patch::Rays(cones.t.lane(lane))),
@@ -196,6 +205,7 @@ impl<L: Lanes> Cones<L> {
             t_max: zero,
             t: zero,
             ask: zero,
+            near: L::S::INFINITY,
             codes: [0; WIDEST],
         }
     }
@@ -210,6 +220,7 @@ impl<L: Lanes> Cones<L> {
         let c = |code: u8| L::c(f64::from(code));
         L::pick(passed, c(code::PASSED), L::pick(stuck, c(code::STUCK), c(code::NONE)))
             .bytes(&mut self.codes);
+        self.near = self.ask.least();
     }
 }
 
@@ -219,7 +230,7 @@ fn dot<L: Real>(a: [L; 3], b: [L; 3]) -> L {
 }
 
 /// Cones around the rays at four corners.
-struct Fit<'a, L> {
+struct Fit<'a, L: Lanes> {
     corners: &'a [Bundle<L>; 4],
     to: &'a mut Cones<L>,
 }
@@ -266,7 +277,8 @@ impl<L: Lanes> Kernel for Fit<'_, L> {
 
 /// Nothing lies up to a depth.
 struct Jump<'a, L: Lanes> {
-    cones: &'a mut Cones<L>,
+    cones: &'a mut [Cones<L>],
+    picked: &'a [u32],
     to: L::S,
 }
 
@@ -274,34 +286,40 @@ impl<L: Lanes> Kernel for Jump<'_, L> {
     #[inline(always)]
     fn run(self) {
         let to = L::splat(self.to);
-        let on = L::lt(self.cones.ask, to);
-        self.cones.advance(on, to, !<L::Mask as Truth>::ALL);
+        for &number in self.picked {
+            let cones = &mut self.cones[number as usize];
+            cones.advance(L::lt(cones.ask, to), to, !<L::Mask as Truth>::ALL);
+        }
     }
 }
 
 /// Where the field is wanted.
 struct Points<'a, T: Native> {
-    cones: &'a Cones<T::Lanes>,
+    cones: &'a [Cones<T::Lanes>],
+    picked: &'a [u32],
     to: T,
-    at: usize,
     p: &'a mut [Vec<T>; 3],
 }
 
 impl<T: Native> Kernel for Points<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Cones { origin, direction, ask, .. } = self.cones;
-        // Points that are no numbers cost most.
-        let t = ask.min(T::Lanes::splat(self.to));
-        for a in 0..3 {
-            (origin[a] + t * direction[a]).store(&mut self.p[a][self.at..self.at + T::Lanes::WIDTH]);
+        let [x, y, z] = self.p.each_mut().map(|p| p.chunks_exact_mut(T::Lanes::WIDTH));
+        for (&number, ((x, y), z)) in self.picked.iter().zip(x.zip(y).zip(z)) {
+            let Cones { origin, direction, ask, .. } = &self.cones[number as usize];
+            // Points that are no numbers cost most.
+            let t = ask.min(T::Lanes::splat(self.to));
+            (origin[0] + t * direction[0]).store(x);
+            (origin[1] + t * direction[1]).store(y);
+            (origin[2] + t * direction[2]).store(z);
         }
     }
 }
 
 /// Cones take a sample in.
 struct Step<'a, T: Native> {
-    cones: &'a mut Cones<T::Lanes>,
+    cones: &'a mut [Cones<T::Lanes>],
+    picked: &'a [u32],
     r: &'a [T],
     clearance: Clearance,
     to: T,
@@ -310,18 +328,21 @@ struct Step<'a, T: Native> {
 impl<T: Native> Kernel for Step<'_, T> {
     #[inline(always)]
     fn run(self) {
-        let Self { cones, clearance: Clearance { above, slope }, .. } = self;
+        let Clearance { above, slope } = self.clearance;
         let (zero, to) = (T::Lanes::c(0.0), T::Lanes::splat(self.to));
-        let on = T::Lanes::lt(cones.ask, to);
-        // The ball without a hit, and the part of the cone's axis around which all of it lies in the ball.
-        let r = T::Lanes::load(self.r);
-        let ball = ((r - T::Lanes::c(f64::from(above))) * T::Lanes::c(SHORTER / f64::from(slope))).max(zero);
-        let [half, across] = cones.off.inside(cones.t, ball);
-        let ahead = (cones.t + half * T::Lanes::c(SHORTER)).min(to);
-        // What is no number goes nowhere.
-        let t = T::Lanes::pick(T::Lanes::lt(cones.t, ahead), ahead, cones.t);
-        let goes = !T::Lanes::lt(t, to) | T::Lanes::lt(across * T::Lanes::c(WORTH), half);
-        cones.advance(on, t, !goes);
+        let (above, scale) = (T::Lanes::c(f64::from(above)), T::Lanes::c(SHORTER / f64::from(slope)));
+        for (&number, r) in self.picked.iter().zip(self.r.chunks_exact(T::Lanes::WIDTH)) {
+            let cones = &mut self.cones[number as usize];
+            let on = T::Lanes::lt(cones.ask, to);
+            // The ball without a hit, and the part of the cone's axis around which all of it lies in the ball.
+            let ball = ((T::Lanes::load(r) - above) * scale).max(zero);
+            let [half, across] = cones.off.inside(cones.t, ball);
+            let ahead = (cones.t + half * T::Lanes::c(SHORTER)).min(to);
+            // What is no number goes nowhere.
+            let t = T::Lanes::pick(T::Lanes::lt(cones.t, ahead), ahead, cones.t);
+            let goes = !T::Lanes::lt(t, to) | T::Lanes::lt(across * T::Lanes::c(WORTH), half);
+            cones.advance(on, t, !goes);
+        }
     }
 }
 
