@@ -203,18 +203,24 @@ impl<T: Native, R: Rule<T::Lanes>> Kernel for Step<'_, T, R> {
 }
 
 /// The nearest sample asked for in some packs.
-pub struct Note<'a, T: Native, I> {
+pub struct Note<'a, T: Native> {
     pub packs: &'a [Pack<T::Lanes>],
-    pub which: I,
+    pub picked: &'a [u32],
     pub near: &'a mut [T],
+    /// Of all these.
+    pub least: &'a mut T,
 }
 
-impl<T: Native, I: Iterator<Item = usize>> Kernel for Note<'_, T, I> {
+impl<T: Native> Kernel for Note<'_, T> {
     #[inline(always)]
     fn run(self) {
-        for number in self.which {
-            self.near[number] = self.packs[number].rays.t.least();
+        let mut least = T::INFINITY;
+        for &number in self.picked {
+            let near = self.packs[number as usize].rays.t.least();
+            self.near[number as usize] = near;
+            least = Real::min(least, near);
         }
+        *self.least = least;
     }
 }
 

@@ -264,16 +264,18 @@ impl<T: Native> Swarm<T> {
         self.leave::<R>(free);
     }
 
-    /// Looks for the nearest samples again that packs ask for, at least of those that were picked.
-    pub fn note(&mut self, picked: &[u32]) {
+    /// Looks for the nearest samples again that picked packs ask for; the least of these. All are picked where ranks have
+    /// been closed since.
+    pub fn note(&mut self, picked: &mut Vec<u32>) -> T {
         let Self { packs, used, near, .. } = self;
-        if near.len() == *used {
-            let which = picked.iter().map(|number| *number as usize);
-            return vectorise(Note { packs, which, near });
+        if near.len() != *used {
+            near.resize(*used, T::INFINITY);
+            picked.clear();
+            picked.extend(0..*used as u32);
         }
-        // Ranks have been closed since, or there is none yet.
-        near.resize(*used, T::INFINITY);
-        vectorise(Note { packs, which: 0..*used, near });
+        let mut least = T::INFINITY;
+        vectorise(Note { packs, picked, near, least: &mut least });
+        least
     }
 
     /// The nearest sample asked for; infinite where no ray is under way.
@@ -289,6 +291,16 @@ impl<T: Native> Swarm<T> {
         for (i, near) in (0..).zip(&self.near) {
             picked[n] = i;
             n += usize::from(*near < until);
+        }
+        picked.truncate(n);
+    }
+
+    /// The same among packs that were picked.
+    pub fn pick_again(&self, until: T, picked: &mut Vec<u32>) {
+        let mut n = 0;
+        for i in 0..picked.len() {
+            picked[n] = picked[i];
+            n += usize::from(self.near[picked[i] as usize] < until);
         }
         picked.truncate(n);
     }

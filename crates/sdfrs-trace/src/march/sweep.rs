@@ -42,7 +42,8 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
             return samples.walk(job, cells.whole(job.field), rule, swarm, &mut nobody, out);
         };
         cells.begin_group(beam);
-        swarm.note(&[]);
+        samples.picked.clear();
+        swarm.note(&mut samples.picked);
         let mut inside = Inside { parted: false, from: f64::NAN };
         while (patches.under_way() || swarm.alive() > 0) && !job.control.is_cancelled() {
             let ahead = patches.nearest();
@@ -78,9 +79,7 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
                 continue;
             }
             let ops = field.ops();
-            swarm.pick(span.until, &mut samples.picked);
-            let points = samples.step(job, field, rule, span, swarm, &mut nobody, out);
-            swarm.note(&samples.picked);
+            let points = samples.cross(job, field, rule, (T::of(from), span), swarm, &mut nobody, out);
             cells.count(ops, points);
         }
     }

@@ -65,6 +65,31 @@ impl<T: Native> Samples<T> {
         n as u64
     }
 
+    /// Walks rays that ask for samples of a span until none does, or one falls back to before its beginning; the
+    /// number of points.
+    #[allow(clippy::too_many_arguments)] // the same
+    pub fn cross<R: Rule<T::Lanes>>(
+        &mut self,
+        job: &Job<T>,
+        field: &dyn Field<T>,
+        rule: R,
+        (from, span): (T, Span<T>),
+        swarm: &mut Swarm<T>,
+        feed: &mut Feed<T>,
+        out: &mut Columns<T>,
+    ) -> u64 {
+        let mut points = 0;
+        swarm.pick(span.until, &mut self.picked);
+        while !self.picked.is_empty() && !job.control.is_cancelled() {
+            points += self.step(job, field, rule, span, swarm, feed, out);
+            if swarm.note(&mut self.picked) < from {
+                break;
+            }
+            swarm.pick_again(span.until, &mut self.picked);
+        }
+        points
+    }
+
     /// Walks rays to their ends through the whole field.
     pub fn walk<R: Rule<T::Lanes>>(
         &mut self,
