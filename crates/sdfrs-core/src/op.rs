@@ -150,7 +150,7 @@ macro_rules! ops {
         /// For every `ins` of `run`: `slots` must find `width` values, aligned or not, for every slot it names, and
         /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
         /// ([`crate::tape::Tape`] checks both). `Q` must have the bytes of `R`, and all that it needs of the processor
-        /// must be there: where the two differ, every third pack of an op with a root goes by `Q`
+        /// must be there: where the two differ, every fourth pack of an op with a root goes by `Q`
         /// ([`crate::eval::Lanes::Twin`]).
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
         pub mod arm {

@@ -2,7 +2,7 @@
 //!
 //! Computes `sqrt(a)` from the processor's reciprocal root of 14 bits, by a cubic step (Halley's, with Goldschmidt's
 //! pair `g` -> `sqrt(a)`, `h` -> `1 / (2 sqrt(a))`) and one of Newton's. A divider takes 16 cycles for eight roots
-//! and does nothing else meanwhile; beside it the multipliers have time for every third pack ([`EVERY`]).
+//! and does nothing else meanwhile; beside it the multipliers have time for every fourth pack ([`EVERY`]).
 //!
 //! Departs from the house's ban on fused multiply-add: here alone it may be used, because the result is the correctly
 //! rounded root, which no instruction set can do otherwise. For that the last step is taken twice, by a factor a
@@ -16,7 +16,7 @@
 use std::arch::x86_64::*;
 
 /// Of so many packs one goes without the divider: with one of two the multipliers would be what takes longest.
-pub const EVERY: usize = 3;
+pub const EVERY: usize = 4;
 
 /// Below, a remainder `a - g^2` could be no normal number.
 #[cfg(target_arch = "x86_64")]
