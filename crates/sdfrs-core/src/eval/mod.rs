@@ -1,4 +1,4 @@
-//! The evaluator: runs a tape over batches of points, 64 to 256 f32 or 32 to 128 f64 at a time.
+//! The evaluator: runs a tape over batches of points, 128 to 256 f32 or 64 to 128 f64 at a time.
 //!
 //! One text of every kernel, compiled for each instruction set and picked once; no fused multiply-add
 //! in any of them (but inside the correctly rounded root of `lane/root.rs`), so all give the same bits
