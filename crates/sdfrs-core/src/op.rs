@@ -111,13 +111,15 @@ macro_rules! ops {
             pub const fn name(self) -> &'static str {
                 match self { $(Op::$sn => $st,)* $(Op::$pn => $pt,)* $(Op::$tn => $tt,)* }
             }
-            /// Number of operands.
+            /// Number of operands. Pruning asks at every instruction: a table, not a jump.
+            #[inline]
             pub const fn arity(self) -> usize {
-                match self {
-                    $(Op::$sn => <[&str]>::len(&[$(stringify!($sa)),*]),)*
-                    $(Op::$pn => <[&str]>::len(&[$(stringify!($pa)),*]),)*
-                    $(Op::$tn => <[&str]>::len(&[$(stringify!($ta)),*]),)*
-                }
+                const ALL: &[u8] = &[
+                    $(<[&str]>::len(&[$(stringify!($sa)),*]) as u8,)*
+                    $(<[&str]>::len(&[$(stringify!($pa)),*]) as u8,)*
+                    $(<[&str]>::len(&[$(stringify!($ta)),*]) as u8,)*
+                ];
+                ALL[self as usize] as usize
             }
             /// Number of constants; none for the ops that read a table of any length.
             pub const fn constants(self) -> Option<usize> {
