@@ -5,6 +5,7 @@ six tracers that count what they do. Y is up, angles are radians (a camera's fov
 lengths are world units, a shape is negative inside, row 0 of an image is the top.
 """
 
+from . import _environment
 from . import scenes as scenes
 from ._core import __version__ as __version__
 from ._errors import (
@@ -54,3 +55,5 @@ __all__ = [
     "mandelbulb", "max", "mesh_to_sdf_texture", "min", "mix", "plane", "render", "rounded_box", "scenes", "set_threads", "shape", "sphere",
     "torus", "trace", "trace_stats", "union", "where",
 ]  # fmt: skip
+
+_environment.check()

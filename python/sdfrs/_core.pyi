@@ -21,6 +21,7 @@ __all__ = [
     "scene_to_json",
     "set_threads",
     "simd_level",
+    "simd_levels",
     "texture_changed",
     "texture_dense",
     "texture_facts",
@@ -187,6 +188,11 @@ def set_threads(count: SupportsIndex) -> None:
 def simd_level() -> str:
     """
     The widest instruction set of this processor that the evaluator knows.
+    """
+
+def simd_levels() -> list[str]:
+    """
+    All instruction sets that the evaluator knows, on any processor.
     """
 
 def texture_changed(node: Node, dense: bool, stepping: str | None) -> Node:

@@ -1,4 +1,4 @@
-"""The same bits on every instruction set: SDFRS_ISA caps what a process uses."""
+"""The same bits on every instruction set: SDFRS_ISA caps what a process uses. A name that is none is said."""
 
 import os
 import subprocess
@@ -50,3 +50,22 @@ def best() -> str:
 def test_traces_and_pictures_have_the_same_bits(isa: str, best: str) -> None:
     # A name that no processor has leaves the best one in use.
     assert len(best) == 64 and bits(isa) == best
+
+
+@pytest.mark.parametrize(
+    "name, value, said",
+    [
+        ("SDFRS_ISA", "sse41", True),
+        ("SDFRS_ISA", "sse4.1", False),
+        ("SDFRS_ISA", "", False),
+        ("SDFRS_THREADS", "two", True),
+        ("SDFRS_THREADS", "0", False),
+        ("SDFRS_THREADS", "2", False),
+    ],
+)
+def test_a_setting_that_names_nothing_is_said(name: str, value: str, said: bool) -> None:
+    env = {**os.environ, name: value}
+    run = [sys.executable, "-c", "import sdfrs; print(sdfrs.sphere(1.0)([[0.0, 0.0, 3.0]]))"]
+    done = subprocess.run(run, env=env, capture_output=True, text=True, check=True)
+    assert (f"RuntimeWarning: {name}: got {value!r}, which is ignored, allowed: " in done.stderr) == said
+    assert "2." in done.stdout

@@ -35,6 +35,12 @@ fn simd_level() -> &'static str {
     eval::isa().name()
 }
 
+/// All instruction sets that the evaluator knows, on any processor.
+#[pyfunction]
+fn simd_levels() -> [&'static str; eval::Isa::ALL.len()] {
+    eval::Isa::ALL.map(eval::Isa::name)
+}
+
 /// What `sdfrs` is built on: nodes, files, tracing and rendering, without the friendly checks.
 #[pymodule(gil_used = false)]
 mod _core {
@@ -45,7 +51,7 @@ mod _core {
         mesh::{Triangles, mesh_to_texture},
         node::Node,
         scene::{scene_from_json, scene_to_json},
-        set_threads, simd_level,
+        set_threads, simd_level, simd_levels,
         texture::{
             most_bytes, texture_changed, texture_dense, texture_facts, texture_of_shape, texture_samples,
             texture_scale, texture_slopes, texture_sparse, texture_table, texture_unfolded,
