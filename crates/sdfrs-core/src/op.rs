@@ -122,12 +122,14 @@ macro_rules! ops {
                 ALL[self as usize] as usize
             }
             /// Number of constants; none for the ops that read a table of any length.
+            #[inline]
             pub const fn constants(self) -> Option<usize> {
-                match self {
-                    $(Op::$sn => Some(<[&str]>::len(&[$(stringify!($sk)),*])),)*
-                    $(Op::$pn => Some(<[&str]>::len(&[$(stringify!($pk)),*])),)*
-                    $(Op::$tn => None,)*
-                }
+                const ALL: &[Option<usize>] = &[
+                    $(Some(<[&str]>::len(&[$(stringify!($sk)),*])),)*
+                    $(Some(<[&str]>::len(&[$(stringify!($pk)),*])),)*
+                    $({ let _ = Op::$tn; None },)*
+                ];
+                ALL[self as usize]
             }
             /// Lipschitz bound of a scalar op from its operands'; infinite where there is none.
             #[allow(unused_variables, unused_assignments, unused_mut)]

@@ -70,12 +70,9 @@ impl Pruner {
                 *slot = slot_of[*operand as usize];
             }
             let known = graph.known(id);
-            whole.known.push(Known {
-                slope: up(known.slope),
-                size: up(known.size),
-                everywhere: known.everywhere,
-            });
-            whole.ins.push(Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n });
+            let (slope, size) = (up(known.slope), up(known.size));
+            let one = Ins { op: node.op, run: 1, d, a, k: node.k, n: node.n };
+            whole.push(one, Known { slope, size, everywhere: known.everywhere });
         }
         whole.consts.clone_from(&fused.consts);
         whole.root = slot_of[graph.root as usize];
@@ -163,6 +160,8 @@ impl Clearance {
 pub struct Probe {
     scratch: Scratch<f32>,
     cells: [Cell; CELLS],
+    /// The cells' largest coordinates.
+    far: [f32; CELLS],
     centres: [[f32; CELLS]; 3],
     roots: [f32; CELLS],
 }
@@ -172,7 +171,7 @@ impl Probe {
     pub fn look(&mut self, part: &Part, cells: &[Cell]) {
         for i in 0..CELLS {
             let Some(cell) = cells.get(i).or(cells.last()) else { return };
-            self.cells[i] = *cell;
+            (self.cells[i], self.far[i]) = (*cell, cell.far());
             for a in 0..3 {
                 self.centres[a][i] = cell.centre[a];
             }
@@ -190,9 +189,8 @@ impl Probe {
 
     /// What tells from a part's value in a cell how far the next hit is.
     pub fn clearance(&self, part: &Part, cell: usize, limit: (f64, f64), far: f64) -> Clearance {
-        let Cell { centre, radius, .. } = self.cells[cell];
         let known = part.known_of(part.root);
-        let above = self.threshold(cell, limit, far) + known.noise(centre, radius);
+        let above = self.threshold(cell, limit, far) + known.noise(self.far[cell]);
         Clearance { above, slope: known.slope * (1.0 + MARGIN) }
     }
 
@@ -213,12 +211,11 @@ impl Probe {
 
     /// How far a value inside a cell can be from the one at its centre.
     fn deviation(&self, part: &Part, slot: u32, cell: usize, broken: bool) -> f32 {
-        let Cell { centre, radius, .. } = self.cells[cell];
         let known = part.known_of(slot);
         if broken && !known.everywhere {
             return f32::INFINITY;
         }
-        known.slope * radius * (1.0 + MARGIN) + known.noise(centre, radius)
+        known.slope * self.cells[cell].radius * (1.0 + MARGIN) + known.noise(self.far[cell])
     }
 
     /// What is left of a part in a cell, written over an old one. Values up to `exact` are kept; larger ones, unless
@@ -286,8 +283,7 @@ impl Probe {
                 to.consts.extend_from_slice(&part.consts[one.k as usize..(one.k + one.n) as usize]);
             }
             slot_of.push(d);
-            to.ins.push(new);
-            to.known.push(part.known[i]);
+            to.push(new, part.known[i]);
         }
         to.root = slot_of[part.root as usize];
         match to.root {
@@ -302,6 +298,9 @@ impl Probe {
         let broken = &mut memory.broken;
         broken.clear();
         broken.resize(part.ins.len() + INPUTS as usize, false);
+        if !part.folds {
+            return;
+        }
         for (i, one) in part.ins.iter().enumerate() {
             let mut jumps = one.a[..one.op.arity()].iter().any(|a| broken[*a as usize]);
             if one.op == Op::Repeat {
@@ -336,14 +335,13 @@ impl Probe {
                 continue;
             }
             let keep = part.exact_below(one, exact[slot]);
-            let winner = self.winner(part, one, cell, broken);
-            let only = if winner.is_none() { self.only_near(part, one, cell, keep, broken) } else { None };
-            cut |= only.is_some();
+            let (operand, grown) = self.decide(part, one, (cell, keep), broken);
+            cut |= grown;
             let mut needs = |a: u32| {
                 live[a as usize] = true;
                 exact[a as usize] = exact[a as usize].max(keep);
             };
-            match winner.or(only) {
+            match operand {
                 Some(operand) => {
                     same[slot] = operand;
                     needs(operand);
@@ -354,38 +352,39 @@ impl Probe {
         cut
     }
 
-    /// The operand of a union that alone comes below a value in the cell.
-    fn only_near(&self, part: &Part, one: &Ins, cell: usize, below: f32, broken: &[bool]) -> Option<u32> {
-        if !matches!(one.op, Op::Min | Op::Smin) {
-            return None;
-        }
-        let [a, b, ..] = one.a;
-        let far = |slot: u32| {
-            self.slot(part, slot, cell) - self.deviation(part, slot, cell, broken[slot as usize]) > below
+    /// The operand that stands for a choice in the cell, if one does; and whether values above `keep` may have grown.
+    fn decide(
+        &self,
+        part: &Part,
+        one: &Ins,
+        (cell, keep): (usize, f32),
+        broken: &[bool],
+    ) -> (Option<u32>, bool) {
+        let (blends, larger) = match one.op {
+            Op::Min => (false, false),
+            Op::Max => (false, true),
+            Op::Smin => (true, false),
+            Op::Smax => (true, true),
+            _ => return (None, false),
         };
-        match (far(a), far(b)) {
-            (true, false) => Some(b),
-            (false, true) => Some(a),
-            (true, true) if self.slot(part, a, cell) < self.slot(part, b, cell) => Some(a),
-            (true, true) => Some(b),
-            (false, false) => None,
-        }
-    }
-
-    /// The operand that a choice always equals in the cell.
-    fn winner(&self, part: &Part, one: &Ins, cell: usize, broken: &[bool]) -> Option<u32> {
-        let (k, larger) = match one.op {
-            Op::Min => (0.0, false),
-            Op::Max => (0.0, true),
-            Op::Smin => (part.consts[one.k as usize] as f32, false),
-            Op::Smax => (part.consts[one.k as usize] as f32, true),
-            _ => return None,
-        };
+        let k = if blends { part.consts[one.k as usize] as f32 } else { 0.0 };
         let [a, b, ..] = one.a;
-        let gap = self.slot(part, a, cell) - self.slot(part, b, cell);
-        let near = k
-            + self.deviation(part, a, cell, broken[a as usize])
-            + self.deviation(part, b, cell, broken[b as usize]);
-        (gap.abs() > near).then_some(if (gap < 0.0) != larger { a } else { b })
+        let [at_a, at_b] = [a, b].map(|slot| self.slot(part, slot, cell));
+        let [around_a, around_b] = [a, b].map(|slot| self.deviation(part, slot, cell, broken[slot as usize]));
+        // The one that it always equals.
+        let gap = at_a - at_b;
+        if gap.abs() > k + around_a + around_b {
+            return (Some(if (gap < 0.0) != larger { a } else { b }), false);
+        }
+        if larger {
+            return (None, false);
+        }
+        // The one of a union that alone comes low enough.
+        match (at_a - around_a > keep, at_b - around_b > keep) {
+            (false, false) => (None, false),
+            (true, false) => (Some(b), true),
+            (false, true) => (Some(a), true),
+            (true, true) => (Some(if at_a < at_b { a } else { b }), true),
+        }
     }
 }

@@ -34,6 +34,11 @@ impl Cell {
         8.0 * f64::from(f32::EPSILON) * size
     }
 
+    /// The largest coordinate of its points, and at least its radius.
+    pub(super) fn far(&self) -> f32 {
+        self.centre.iter().fold(self.radius, |most, c| most.max(c.abs() + self.radius))
+    }
+
     /// Values above this are no hit in a cell that ends at the depth `far`: the threshold of a guarded hit,
     /// `max(eps, cone * t)` and what rounding adds to it.
     pub(super) fn threshold(&self, (eps, cone): (f64, f64), far: f64) -> f32 {

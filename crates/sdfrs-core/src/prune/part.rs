@@ -19,9 +19,8 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// What rounding may add to or take from a value in a cell.
-    pub(super) fn noise(&self, centre: [f32; 3], radius: f32) -> f32 {
-        let far = centre.iter().fold(radius, |most, c| most.max(c.abs() + radius));
+    /// What rounding may add to or take from a value in a cell whose points have coordinates up to `far`.
+    pub(super) fn noise(&self, far: f32) -> f32 {
         ROUNDING * f32::EPSILON * (self.size + (1.0 + self.slope) * far)
     }
 }
@@ -34,13 +33,16 @@ pub struct Part {
     pub(super) consts: Vec<f64>,
     pub(super) known: Vec<Known>,
     pub(super) root: u32,
+    /// Whether a repetition is in it.
+    pub(super) folds: bool,
     /// The same, to be probed.
     pub(super) tape: Tape<f32>,
 }
 
 impl Part {
     pub fn blank() -> Self {
-        Self { ins: Vec::new(), consts: Vec::new(), known: Vec::new(), root: 0, tape: Tape::blank() }
+        let (ins, consts, known) = (Vec::new(), Vec::new(), Vec::new());
+        Self { ins, consts, known, root: 0, folds: false, tape: Tape::blank() }
     }
     /// Operations for a point.
     pub fn ops(&self) -> u64 {
@@ -76,6 +78,14 @@ impl Part {
         self.ins.clear();
         self.consts.clear();
         self.known.clear();
+        self.folds = false;
+    }
+
+    /// Another instruction, and what is known of it.
+    pub(super) fn push(&mut self, one: Ins, known: Known) {
+        self.folds |= one.op == Op::Repeat;
+        self.ins.push(one);
+        self.known.push(known);
     }
 
     /// Makes the program to be probed from the instructions.

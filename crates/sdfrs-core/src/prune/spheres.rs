@@ -175,7 +175,7 @@ impl Hidden {
     fn behind<'a>(probe: &Probe, union: Union, spheres: impl Iterator<Item = &'a [f32; 4]>) -> Self {
         let Union { part, one, cell, .. } = union;
         let (around, middle) = (probe.deviation(part, one.d, cell, false), probe.middle(union));
-        let noise = part.known_of(one.d).noise(probe.cells[cell].centre, probe.cells[cell].radius);
+        let noise = part.known_of(one.d).noise(probe.far[cell]);
         let nobody = Self { middle, around, noise, nearest: [0.0; 4], square: f32::INFINITY };
         spheres.fold(nobody, |best, sphere| {
             let square = squared(middle, sphere);
