@@ -50,7 +50,8 @@ impl Sizes {
             _ if pixels < SMALL => 16,
             _ => 32,
         };
-        Self { block, group, coarse: if crowded { 6.0 } else { 3.0 }, fine: 1.25, patches: true }
+        let (coarse, fine) = (if crowded { 6.0 } else { 3.0 }, if share < THIN { 0.75 } else { 1.25 });
+        Self { block, group, coarse, fine, patches: true }
     }
 }
 
@@ -59,9 +60,11 @@ fn share(pruner: &Pruner, rays: usize) -> u64 {
     rays as u64 / pruner.size().max(1)
 }
 
-/// Pixels of a small picture, of a large one, and for each operation of a scene that leaves most of a group empty.
+/// Pixels of a small picture, of a large one, and for each operation of a scene that leaves most of a group empty, or
+/// whose cells are better thin.
 const SMALL: usize = 1 << 16;
 const LARGE: usize = 1 << 18;
 const SPARSE: u64 = 10;
+const THIN: u64 = 100;
 /// Operations of a long program.
 const LONG: u64 = 512;
