@@ -34,10 +34,7 @@ impl Isa {
 pub fn isa() -> Isa {
     static ISA: OnceLock<Isa> = OnceLock::new();
     // Asked several times a step: a look at a word, and no call.
-    match ISA.get() {
-        Some(isa) => *isa,
-        None => *ISA.get_or_init(choose),
-    }
+    *ISA.get_or_init(choose)
 }
 
 #[cold]

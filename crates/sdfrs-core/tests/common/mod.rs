@@ -31,6 +31,12 @@ impl Random {
     pub fn within(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.unit()
     }
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+    pub fn vector(&mut self, lo: f64, hi: f64) -> Value {
+        vec3(self.within(lo, hi), self.within(lo, hi), self.within(lo, hi))
+    }
     pub fn point(&mut self, r: f64) -> [f64; 3] {
         [self.within(-r, r), self.within(-r, r), self.within(-r, r)]
     }

@@ -270,8 +270,7 @@ impl<T: Native> Swarm<T> {
         let Self { packs, used, near, .. } = self;
         if near.len() != *used {
             near.resize(*used, T::INFINITY);
-            picked.clear();
-            picked.extend(0..*used as u32);
+            pick_all(near, picked);
         }
         let mut least = T::INFINITY;
         vectorise(Note { packs, picked, near, least: &mut least });
@@ -285,19 +284,14 @@ impl<T: Native> Swarm<T> {
 
     /// The packs in which a ray asks for a sample before `until`.
     pub fn pick(&self, until: T, picked: &mut Vec<u32>) {
-        picked.resize(self.near.len(), 0);
-        let mut n = 0;
-        // Without a branch that nobody could guess.
-        for (i, near) in (0..).zip(&self.near) {
-            picked[n] = i;
-            n += usize::from(*near < until);
-        }
-        picked.truncate(n);
+        pick_all(&self.near, picked);
+        self.pick_again(until, picked);
     }
 
     /// The same among packs that were picked.
     pub fn pick_again(&self, until: T, picked: &mut Vec<u32>) {
         let mut n = 0;
+        // Without a branch that nobody could guess.
         for i in 0..picked.len() {
             picked[n] = picked[i];
             n += usize::from(self.near[picked[i] as usize] < until);
@@ -356,6 +350,12 @@ impl<T: Native> Swarm<T> {
         }
         self.used = kept;
     }
+}
+
+/// Every pack that has a nearest sample.
+fn pick_all<T>(near: &[T], picked: &mut Vec<u32>) {
+    picked.clear();
+    picked.extend(0..near.len() as u32);
 }
 
 /// Room for the codes of so many packs; beyond them nobody has ended.

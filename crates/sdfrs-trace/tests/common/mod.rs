@@ -1,31 +1,13 @@
 //! Random scenes, cameras, and results as bits.
 #![allow(clippy::unwrap_used, dead_code)]
 
-use sdfrs_core::{Control, Hits, Limits, Prune, Shape, Value, eval::Native};
+use sdfrs_core::{Control, Hits, Limits, Prune, Shape, eval::Native};
 use sdfrs_trace::{Camera, Tracer, camera::Kind, render::trace_camera};
 
-pub fn build(op: &str, args: &[(&str, Value)], children: &[&Shape]) -> Shape {
-    let args = args.iter().map(|(n, v)| (n.to_string(), v.clone())).collect();
-    Shape::build(op, args, children.iter().map(|s| (*s).clone()).collect()).unwrap()
-}
+#[path = "../../../sdfrs-core/tests/common/mod.rs"]
+mod shapes;
 
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-    pub fn within(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.unit()
-    }
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.unit() * n as f64) as usize
-    }
-    pub fn vector(&mut self, lo: f64, hi: f64) -> Value {
-        Value::Vec3([self.within(lo, hi), self.within(lo, hi), self.within(lo, hi)])
-    }
-}
+pub use shapes::{Random, build};
 
 pub fn camera(random: &mut Random) -> Camera {
     let kind = if random.below(4) == 0 {
