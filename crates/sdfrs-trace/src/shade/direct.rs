@@ -8,7 +8,10 @@
 
 use sdfrs_core::{Real, Scalar, SceneError, Status};
 
-use super::srgb::{Srgb, byte};
+use super::{
+    normal::moderate,
+    srgb::{Srgb, byte},
+};
 
 /// Light that reaches every point of a surface, and the share left for the lamps.
 const AMBIENT: f64 = 0.15;
@@ -166,9 +169,8 @@ pub fn shows_surface(status: u8) -> bool {
 #[inline(always)]
 fn cosine<R: Real>(n: [R; 3], l: [R; 3]) -> R {
     let zero = R::c(0.0);
-    // Scaled first: squares of a long or short way would overflow or vanish.
     let most = l[0].abs().max(l[1].abs()).max(l[2].abs());
-    let scale = R::c(1.0) / most;
+    let scale = moderate(most);
     let l = [l[0] * scale, l[1] * scale, l[2] * scale];
     let along = n[0] * l[0] + n[1] * l[1] + n[2] * l[2];
     let near = R::select_lt(most, R::splat(R::S::INFINITY), along / R::len3(l[0], l[1], l[2]), zero);

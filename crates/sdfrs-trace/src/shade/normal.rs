@@ -17,8 +17,8 @@ pub fn unit<R: Real>(g: [R; 3], direction: [R; 3]) -> [R; 3] {
     usable = R::select_lt(x.abs(), infinity, usable, zero);
     usable = R::select_lt(y.abs(), infinity, usable, zero);
     usable = R::select_lt(z.abs(), infinity, usable, zero);
-    // Scaled first: squares of a tiny gradient would vanish.
-    let (x, y, z) = (x / largest, y / largest, z / largest);
+    let scale = moderate(largest);
+    let (x, y, z) = (x * scale, y * scale, z * scale);
     let length = R::len3(x, y, z);
     let half = R::c(0.5);
     [
@@ -26,6 +26,17 @@ pub fn unit<R: Real>(g: [R; 3], direction: [R; 3]) -> [R; 3] {
         R::select_lt(half, usable, y / length, -direction[1]),
         R::select_lt(half, usable, z / length, -direction[2]),
     ]
+}
+
+/// What a vector with this largest component is multiplied by before it is squared, so that nothing overflows or
+/// vanishes: a power of two, mostly 1, so nothing is rounded either, and nothing divided.
+#[inline(always)]
+pub fn moderate<R: Real>(largest: R) -> R {
+    // Exponents of f32 go from -149 to 127, those of f64 from -1074 to 1023.
+    let step = if size_of::<R::S>() == 4 { 1 } else { 8 };
+    let power = |exponent: i32| R::c(2f64.powi(step * exponent));
+    let (small, large) = (power(-50), power(50));
+    R::select_lt(largest, small, power(100), R::select_lt(large, largest, power(-100), R::c(1.0)))
 }
 
 #[cfg(test)]
@@ -40,5 +51,25 @@ mod tests {
         }
         assert_eq!(unit([1e-30f32, 0.0, 0.0], [0.0, 0.0, 1.0]), [1.0, 0.0, 0.0]);
         assert_eq!(unit([0.0, -3e38f32, 0.0], [0.0, 0.0, 1.0]), [0.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn vectors_of_any_size_have_a_direction() {
+        fn run<T: Scalar>(exponents: std::ops::Range<i32>) {
+            let of = |v: f64| T::of(v);
+            let ahead = [of(1.0), of(0.0), of(0.0)];
+            let want = [of(2.0 / 7.0), of(-3.0 / 7.0), of(6.0 / 7.0)];
+            for exponent in exponents {
+                // Of the smallest numbers the reciprocal would be infinite.
+                let power = 2f64.powi(exponent / 2) * 2f64.powi(exponent - exponent / 2);
+                let n = unit([of(2.0 * power), of(-3.0 * power), of(6.0 * power)], ahead);
+                for (n, want) in n.iter().zip(want) {
+                    assert!((*n - want).abs() <= T::EPS, "2^{exponent}: {n:?} for {want:?}");
+                }
+            }
+        }
+        // From the smallest to the largest numbers.
+        run::<f32>(-149..125);
+        run::<f64>(-1074..1021);
     }
 }
