@@ -1,4 +1,4 @@
-//! From a scene and a camera to a picture: trace, then normals, then light.
+//! From a scene and a camera to a picture: rays, and light on what they find.
 //!
 //! Rays are made as they are needed, never all at once. Twin: the GPU's render.
 //! Law: the same bits for any number of threads, and the hits are those of `march::trace` on the
@@ -32,7 +32,7 @@ pub struct Scene<'a> {
     pub surface: Surface,
 }
 
-/// Seconds spent.
+/// Seconds spent. Surfaces are shown as they are found: each has its share of the workers' time.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Timings {
     pub trace_seconds: f64,
@@ -196,26 +196,18 @@ pub fn render<T: Native>(
     scene.lights.iter().try_for_each(PointLight::check)?;
     let program = Program::<T>::for_tracing(scene.shape)?;
     let rays = CameraRays::new(scene.camera, tracer, t_max)?;
-    let start = Instant::now();
-    let hits = voxel::trace(scene.shape, &program, tracer, &rays, limits, control)?;
-    let trace_seconds = start.elapsed().as_secs_f64();
-    let start = Instant::now();
     let light = Light { lights: scene.lights, surface: &scene.surface };
-    let shading = Shading {
-        program: &program,
-        prune: limits.prune,
-        rays: &rays,
-        frame: &rays.frame,
-        light,
-        hits: &hits,
-    };
-    let (normals, rgb) = shading.run(control)?;
-    let shade_seconds = start.elapsed().as_secs_f64();
+    let shading = Shading::new(&program, &rays, light);
+    let start = Instant::now();
+    let (hits, image) = voxel::trace_shown(scene.shape, &program, tracer, &rays, limits, control, &shading)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let shade_seconds = seconds * image.share;
+    let trace_seconds = seconds - shade_seconds;
     Ok(Picture {
         width: scene.camera.width,
         height: scene.camera.height,
-        normals,
-        rgb,
+        normals: image.normals,
+        rgb: image.rgb,
         summary: summarise(scene.shape, &hits, trace_seconds),
         hits,
         timings: Timings { trace_seconds, shade_seconds },

@@ -8,20 +8,18 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use sdfrs_core::{
     Control, Grid, Hits, Limits, Program, Scalar, Shape, Status,
-    contract::{FLAG_INSIDE, Work},
+    contract::FLAG_INSIDE,
     eval::Native,
     grid::{Step, Stepping, bricks_along, voxel},
     math::{Matrix, rotation},
-    pool,
     shape::Kind,
 };
 
 use crate::{
     error::TraceError,
-    march::{self, Ray, Source, TILE},
+    march::{self, End, Image, Ray, Shaders, Source},
     tracer::Tracer,
 };
 
@@ -74,54 +72,26 @@ pub fn trace<T: Native>(
     limits: &Limits,
     control: &Control,
 ) -> Result<Hits<T>, TraceError> {
-    let Some(placed) = placed(shape) else {
-        return march::trace_source(program, tracer, rays, limits, control);
-    };
-    tracer.check()?;
-    limits.check()?;
-    let n = rays.count();
-    let most = limits.max_steps;
-    let tiles = pool::install(|| {
-        let tiles = (0..n.div_ceil(TILE)).into_par_iter().map(|i| {
-            let ends = if control.is_cancelled() {
-                Vec::new()
-            } else {
-                (i * TILE..n.min(i * TILE + TILE))
-                    .map(|k| placed.walk(&rays.ray(k), most))
-                    .collect::<Vec<_>>()
-            };
-            control.advance(ends.len() as u64);
-            ends
-        });
-        tiles.collect::<Vec<_>>()
-    });
-    if control.is_cancelled() {
-        return Err(TraceError::Cancelled);
+    match placed(shape) {
+        Some(placed) => Ok(placed.trace(program, tracer, rays, limits, control, None)?.0),
+        None => march::trace_source(program, tracer, rays, limits, control),
     }
-    let ends = || tiles.iter().flatten();
-    let mut work = Work::default();
-    work.add(1, ends().map(|e| u64::from(e.steps)).sum());
-    Ok(Hits {
-        t: ends().map(|e| e.t).collect(),
-        status: ends().map(|e| e.status as u8).collect(),
-        steps: ends().map(|e| e.steps).collect(),
-        fallbacks: vec![0; n],
-        multiplier: vec![T::of(1.0); n],
-        distance: ends().map(|e| e.distance).collect(),
-        witness: vec![T::of(0.0); n],
-        flags: ends().map(|e| if e.inside { FLAG_INSIDE } else { 0 }).collect(),
-        threshold: T::of(limits.eps),
-        work,
-    })
 }
 
-/// What became of a ray.
-struct End<T> {
-    t: T,
-    status: Status,
-    steps: u32,
-    distance: T,
-    inside: bool,
+/// The same for the rays of a picture, row by row; what they find is shown.
+pub fn trace_shown<T: Native>(
+    shape: &Shape,
+    program: &Program<T>,
+    tracer: &Tracer,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+    shaders: &dyn Shaders<T>,
+) -> Result<(Hits<T>, Image), TraceError> {
+    match placed(shape) {
+        Some(placed) => placed.trace(program, tracer, rays, limits, control, Some(shaders)),
+        None => march::trace_shown(program, tracer, rays, limits, control, shaders),
+    }
 }
 
 impl Placed {
@@ -149,6 +119,21 @@ impl Placed {
             d: std::array::from_fn(|i| T::of(turn(d, i) / h[i])),
             speed: T::of((0..3).map(|i| turn(d, i).powi(2)).sum::<f64>().sqrt()),
         }
+    }
+
+    fn trace<T: Native>(
+        &self,
+        program: &Program<T>,
+        tracer: &Tracer,
+        rays: &dyn Source<T>,
+        limits: &Limits,
+        control: &Control,
+        shaders: Option<&dyn Shaders<T>>,
+    ) -> Result<(Hits<T>, Image), TraceError> {
+        tracer.check()?;
+        let walk = |ray: &Ray<T>| self.walk(ray, limits.max_steps);
+        let (hits, image) = march::trace_each(program, walk, rays, limits, control, shaders)?;
+        Ok((Hits { threshold: T::of(limits.eps), ..hits }, image))
     }
 
     fn walk<T: Native>(&self, ray: &Ray<T>, most: u32) -> End<T> {
@@ -244,8 +229,8 @@ impl<T: Native> Walk<'_, T> {
             let (a, e) = (here(t), here(out));
             if let Some(s) = voxel::first_root(&corners, a, std::array::from_fn(|i| e[i] - a[i])) {
                 let hit = t + s * (out - t);
-                let inside = hit == ray.t_min;
-                return End { inside, ..self.end(hit, Status::Hit, T::of(0.0)) };
+                let flags = if hit == ray.t_min { FLAG_INSIDE } else { 0 };
+                return End { flags, ..self.end(hit, Status::Hit, T::of(0.0)) };
             }
             let step = self.step(out);
             if !(leaves < end) {
@@ -269,8 +254,9 @@ impl<T: Native> Walk<'_, T> {
         }
     }
 
-    fn end(&self, t: T, status: Status, distance: T) -> End<T> {
-        End { t, status, steps: self.steps, distance, inside: false }
+    fn end(&self, t: T, status: Status, r: T) -> End<T> {
+        let (steps, witness, multiplier) = (self.steps, T::of(0.0), T::of(1.0));
+        End { t, r, witness, multiplier, steps, fallbacks: 0, status, flags: 0 }
     }
 
     fn cell_at(&self, t: T, cells: [usize; 3]) -> [usize; 3] {

@@ -7,6 +7,8 @@
 //! (`march/worker.rs`). Everything is written over old memory, so a worker's arena stops growing after its
 //! first blocks. Law: crates/sdfrs-trace/tests/prune.rs.
 
+use std::ops::Range;
+
 use sdfrs_core::{
     Field,
     contract::Work,
@@ -128,6 +130,8 @@ pub struct Cells<T: Native> {
     fine: Row,
     within: (usize, usize),
     programs: Vec<Program<T>>,
+    /// The cell that was found last.
+    last: usize,
     /// The whole with its crowds, where it has some.
     whole: Option<Program<T>>,
     /// A fine part on its way to a program.
@@ -153,6 +157,7 @@ impl<T: Native> Cells<T> {
             fine: Row::new(),
             within: (usize::MAX, 0),
             programs: (0..CELLS).map(|_| Program::blank()).collect(),
+            last: 0,
             whole: None,
             part: Part::blank(),
             memory: Memory::default(),
@@ -217,9 +222,17 @@ impl<T: Native> Cells<T> {
         if !self.fine.made[cell] && !self.make(pruner, cell) {
             return Found::Empty(self.fine.edges[cell], self.fine.edges[cell + 1]);
         }
+        self.last = cell;
         let (from, to) = (self.fine.edges[cell], self.fine.edges[cell + 1]);
         let (program, clearance) = (&self.programs[cell], self.fine.clearance[cell]);
         Found::Cell(Stretch { from, to, program, clearance, near: self.fine.near[cell] })
+    }
+
+    /// The depths and the program of the cell that was found last, if it is left for a depth: another's may take their
+    /// place.
+    pub fn left(&self, t: f64) -> Option<(Range<f64>, &Program<T>)> {
+        let depths = self.fine.edges[self.last]..self.fine.edges[self.last + 1];
+        (!depths.contains(&t)).then(|| (depths, &self.programs[self.last]))
     }
 
     /// Makes a fine cell's program; false if nothing is there.

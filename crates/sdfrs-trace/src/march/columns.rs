@@ -1,14 +1,15 @@
 //! What a trace writes, tile by tile: straight into the rows of the hits that the tile covers.
 
-use sdfrs_core::{Hits, Real, Scalar, Status, contract::Work};
+use sdfrs_core::{Hits, Real, Status, contract::Work, eval::Native};
 
 use super::{
     ends::{Crossing, End, Sink},
     order::Order,
+    surface::Surface,
 };
 
 /// The part of all hits that belongs to one tile: pieces of rows.
-pub struct Columns<'a, T> {
+pub struct Columns<'a, T: Native> {
     rows: Vec<Row<'a, T>>,
     /// Nobody has written to it.
     new: bool,
@@ -17,6 +18,8 @@ pub struct Columns<'a, T> {
     /// Rays whose surface has to be refined yet.
     pub crossings: Vec<Crossing<T>>,
     pub work: Work,
+    /// Where surfaces are shown as they are found: in pictures.
+    pub surface: Option<Surface<'a, T>>,
 }
 
 /// A row's results side by side.
@@ -35,21 +38,27 @@ struct Row<'a, T> {
 pub fn place(row: usize, column: usize) -> u32 {
     (row << ROW | column) as u32
 }
-/// Bits of the column: a piece of a row has at most 2^20 results.
-const ROW: u32 = 20;
+/// The row and the column.
+#[inline(always)]
+pub fn parts(place: u32) -> (usize, usize) {
+    ((place >> ROW) as usize, (place & ((1 << ROW) - 1)) as usize)
+}
+/// Bits of the column: a piece of a row has at most 2^16 results. As pixels have, so that in a block's corner a place is one.
+const ROW: u32 = 16;
 
-impl<'a, T> Columns<'a, T> {
+impl<'a, T: Native> Columns<'a, T> {
     /// What `place` names.
     #[inline(always)]
     fn at(&mut self, place: u32) -> (&mut Row<'a, T>, usize) {
-        (&mut self.rows[(place >> ROW) as usize], (place & ((1 << ROW) - 1)) as usize)
+        let (row, column) = parts(place);
+        (&mut self.rows[row], column)
     }
     pub fn len(&self) -> usize {
         self.rows.iter().map(|row| row.t.len()).sum()
     }
 }
 
-impl<T: Scalar> Columns<'_, T> {
+impl<T: Native> Columns<'_, T> {
     /// Fills what is not written for every ray; what may be left of others is forgotten.
     pub fn begin(&mut self, loud: bool) {
         for row in &mut self.rows {
@@ -76,7 +85,7 @@ impl<T: Scalar> Columns<'_, T> {
     }
 }
 
-impl<T: Scalar> Sink<T> for Columns<'_, T> {
+impl<T: Native> Sink<T> for Columns<'_, T> {
     #[inline(always)]
     fn end(&mut self, place: u32, end: &End<T>) {
         let (row, k) = self.at(place);
@@ -94,6 +103,9 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
             row.flags[k] = end.flags;
         }
         self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
+        if let Some(surface) = &mut self.surface {
+            surface.end(place, end);
+        }
     }
     #[inline]
     fn hit(&mut self, threshold: T) {
@@ -105,7 +117,7 @@ impl<T: Scalar> Sink<T> for Columns<'_, T> {
 }
 
 /// The hits as the tiles of an order.
-pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> Vec<Columns<'a, T>> {
+pub fn split<'a, T: Native>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> Vec<Columns<'a, T>> {
     let Hits { t, status, steps, fallbacks, multiplier, distance, witness, flags, .. } = hits;
     let (mut times, mut statuses) = (Cut(t), Cut(status));
     let (mut step_counts, mut fallback_counts) = (Cut(steps), Cut(fallbacks));
@@ -117,28 +129,31 @@ pub fn split<'a, T: Scalar>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> 
         threshold: T::of(0.0),
         crossings: Vec::new(),
         work: Work { quiet: true, ..Work::default() },
+        surface: None,
     };
     let mut tiles: Vec<Columns<'a, T>> = (0..order.tiles()).map(tile).collect();
-    order.pieces(|tile, n| {
-        tiles[tile].rows.push(Row {
-            t: times.take(n),
-            status: statuses.take(n),
-            steps: step_counts.take(n),
-            fallbacks: fallback_counts.take(n),
-            multiplier: multipliers.take(n),
-            distance: distances.take(n),
-            witness: witnesses.take(n),
-            flags: notes.take(n),
+    for band in 0..order.tiles().div_ceil(order.band().0) {
+        order.pieces(band, |tile, n| {
+            tiles[tile].rows.push(Row {
+                t: times.take(n),
+                status: statuses.take(n),
+                steps: step_counts.take(n),
+                fallbacks: fallback_counts.take(n),
+                multiplier: multipliers.take(n),
+                distance: distances.take(n),
+                witness: witnesses.take(n),
+                flags: notes.take(n),
+            });
         });
-    });
+    }
     tiles
 }
 
 /// A slice that is handed out from its front.
-struct Cut<'a, V>(&'a mut [V]);
+pub struct Cut<'a, V>(pub &'a mut [V]);
 
 impl<'a, V> Cut<'a, V> {
-    fn take(&mut self, n: usize) -> &'a mut [V] {
+    pub fn take(&mut self, n: usize) -> &'a mut [V] {
         let (front, rest) = std::mem::take(&mut self.0).split_at_mut(n);
         self.0 = rest;
         front

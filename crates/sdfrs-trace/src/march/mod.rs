@@ -18,19 +18,19 @@ mod pixel;
 mod refine;
 mod sizes;
 mod start;
+mod surface;
 mod swarm;
 mod sweep;
+mod tiles;
 mod wave;
 mod worker;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
 use sdfrs_core::{
     Control, Field, Hits, Limits, Prune, Rays, Real, Scalar,
-    contract::{Work, check_spans},
+    contract::check_spans,
     eval::{Lanes, Native},
-    pool,
 };
 
 use crate::{
@@ -45,12 +45,14 @@ use crate::{
     },
 };
 use columns::Columns;
+pub use ends::End;
+use ends::Sink;
 pub use feed::Bundle;
 use order::Order;
-pub use order::squares;
 pub use pixel::Pixel;
 use sizes::Sizes;
 use start::Start;
+pub use surface::{Canvas, Found, Image, Shader, Shaders};
 pub use swarm::WIDEST;
 use worker::Worker;
 
@@ -143,42 +145,32 @@ pub fn trace_over<T: Native>(
     control: &Control,
     old: Hits<T>,
 ) -> Result<Hits<T>, TraceError> {
-    tracer.check()?;
-    limits.check()?;
-    let of = T::of;
-    let job = Job { field, rays, limits, guards: tracer.guards(), control, old: Mutex::new(old) };
-    match *tracer {
-        Tracer::Basic { guards: true } => job.steps(basic::Basic),
-        Tracer::Basic { guards: false } => job.walks(&basic::Letter),
-        Tracer::Relaxed { omega, guards: true, .. } => {
-            job.steps(relaxed::Relaxed { omega: T::Lanes::c(omega) })
-        }
-        Tracer::Relaxed { omega, form: Form::Y2023, .. } => job.walks(&relaxed::Letter { omega: of(omega) }),
-        Tracer::Relaxed { omega, form: Form::Y2018, .. } => {
-            job.walks(&Listing(relaxed::Relaxed { omega: of(omega) }))
-        }
-        Tracer::Enhanced { omega, guards: true, .. } => {
-            job.steps(enhanced::Enhanced { omega: T::Lanes::c(omega) })
-        }
-        Tracer::Enhanced { omega, form: Form::Y2023, .. } => {
-            job.walks(&enhanced::Letter { omega: of(omega) })
-        }
-        Tracer::Enhanced { omega, form: Form::Y2018, .. } => {
-            job.walks(&Listing(enhanced::Enhanced { omega: of(omega) }))
-        }
-        Tracer::AutoRelaxed { beta, guards: true } => {
-            job.steps(auto_relaxed::AutoRelaxed { beta: T::Lanes::c(beta) })
-        }
-        Tracer::AutoRelaxed { beta, guards: false } => job.walks(&auto_relaxed::Letter { beta: of(beta) }),
-        Tracer::BinarySearch { form: SearchForm::Stackless, max_level, guards } => {
-            job.walks(&binary_search::Stackless { max_level, guards })
-        }
-        Tracer::BinarySearch { form: SearchForm::Split, guards: true, .. } => job.walks(&split::Split),
-        Tracer::BinarySearch { form, guards, .. } => {
-            job.walks(&binary_search::Stack { guards, split: form == SearchForm::Split })
-        }
-        Tracer::CoverageSearch { .. } => job.walks(&coverage_search::CoverageSearch),
-    }
+    Ok(Job::new(field, rays, limits, control, old, None)?.trace(tracer)?.0)
+}
+
+/// Traces the rays of a picture's pixels, row by row, and shows what they find.
+pub fn trace_shown<T: Native>(
+    field: &dyn Field<T>,
+    tracer: &Tracer,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+    shaders: &dyn Shaders<T>,
+) -> Result<(Hits<T>, Image), TraceError> {
+    Job::new(field, rays, limits, control, Hits::default(), Some(shaders))?.trace(tracer)
+}
+
+/// The same for rays that are walked to their ends one by one, whatever the field.
+pub fn trace_each<T: Native>(
+    field: &dyn Field<T>,
+    walk: impl Fn(&Ray<T>) -> End<T> + Sync,
+    rays: &dyn Source<T>,
+    limits: &Limits,
+    control: &Control,
+    shaders: Option<&dyn Shaders<T>>,
+) -> Result<(Hits<T>, Image), TraceError> {
+    let job = Job::new(field, rays, limits, control, Hits::default(), shaders)?;
+    Ok((job.each(&walk)?, job.image()))
 }
 
 struct Job<'a, T: Native> {
@@ -189,6 +181,9 @@ struct Job<'a, T: Native> {
     control: &'a Control,
     /// Hits to write over.
     old: Mutex<Hits<T>>,
+    /// What shows the surfaces that are found, if they are to be shown, and what came of it.
+    shaders: Option<&'a dyn Shaders<T>>,
+    image: Mutex<Image>,
 }
 
 /// When a radius is a hit: `max(eps, cone * t)`.
@@ -215,7 +210,71 @@ impl<T: Scalar> Threshold<T> {
     }
 }
 
-impl<T: Native> Job<'_, T> {
+impl<'a, T: Native> Job<'a, T> {
+    fn new(
+        field: &'a dyn Field<T>,
+        rays: &'a dyn Source<T>,
+        limits: &'a Limits,
+        control: &'a Control,
+        old: Hits<T>,
+        shaders: Option<&'a dyn Shaders<T>>,
+    ) -> Result<Self, TraceError> {
+        limits.check()?;
+        let (old, image) = (Mutex::new(old), Mutex::default());
+        Ok(Self { field, rays, limits, guards: true, control, old, shaders, image })
+    }
+
+    /// What was shown: nothing where nobody asked for it.
+    fn image(self) -> Image {
+        self.image.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn trace(self, tracer: &Tracer) -> Result<(Hits<T>, Image), TraceError> {
+        tracer.check()?;
+        let job = Self { guards: tracer.guards(), ..self };
+        Ok((job.hits(tracer)?, job.image()))
+    }
+
+    fn hits(&self, tracer: &Tracer) -> Result<Hits<T>, TraceError> {
+        let of = T::of;
+        match *tracer {
+            Tracer::Basic { guards: true } => self.steps(basic::Basic),
+            Tracer::Basic { guards: false } => self.walks(&basic::Letter),
+            Tracer::Relaxed { omega, guards: true, .. } => {
+                self.steps(relaxed::Relaxed { omega: T::Lanes::c(omega) })
+            }
+            Tracer::Relaxed { omega, form: Form::Y2023, .. } => {
+                self.walks(&relaxed::Letter { omega: of(omega) })
+            }
+            Tracer::Relaxed { omega, form: Form::Y2018, .. } => {
+                self.walks(&Listing(relaxed::Relaxed { omega: of(omega) }))
+            }
+            Tracer::Enhanced { omega, guards: true, .. } => {
+                self.steps(enhanced::Enhanced { omega: T::Lanes::c(omega) })
+            }
+            Tracer::Enhanced { omega, form: Form::Y2023, .. } => {
+                self.walks(&enhanced::Letter { omega: of(omega) })
+            }
+            Tracer::Enhanced { omega, form: Form::Y2018, .. } => {
+                self.walks(&Listing(enhanced::Enhanced { omega: of(omega) }))
+            }
+            Tracer::AutoRelaxed { beta, guards: true } => {
+                self.steps(auto_relaxed::AutoRelaxed { beta: T::Lanes::c(beta) })
+            }
+            Tracer::AutoRelaxed { beta, guards: false } => {
+                self.walks(&auto_relaxed::Letter { beta: of(beta) })
+            }
+            Tracer::BinarySearch { form: SearchForm::Stackless, max_level, guards } => {
+                self.walks(&binary_search::Stackless { max_level, guards })
+            }
+            Tracer::BinarySearch { form: SearchForm::Split, guards: true, .. } => self.walks(&split::Split),
+            Tracer::BinarySearch { form, guards, .. } => {
+                self.walks(&binary_search::Stack { guards, split: form == SearchForm::Split })
+            }
+            Tracer::CoverageSearch { .. } => self.walks(&coverage_search::CoverageSearch),
+        }
+    }
+
     fn threshold(&self) -> Threshold<T> {
         Threshold { eps: T::of(self.limits.eps), cone: T::of(self.limits.cone) }
     }
@@ -274,51 +333,16 @@ impl<T: Native> Job<'_, T> {
         Ok(self.tiles(&order, wave::Wave::new, run)?.0)
     }
 
-    /// Runs tiles of rays on the pool. A tile takes a memory that no other uses; there are as many as threads.
-    fn tiles<M: Send>(
-        &self,
-        order: &Order,
-        memory: impl Fn() -> M + Send + Sync,
-        run: impl Fn(&mut M, usize, &mut Columns<T>) + Send + Sync,
-    ) -> Result<(Hits<T>, Vec<M>), TraceError> {
-        let memories = Mutex::new(Vec::new());
-        let mut hits = std::mem::take(&mut *lock(&self.old));
-        let used = hits.t.len() == self.rays.count();
-        let loud = used && !hits.work.quiet;
-        if !used {
-            hits = Hits::blank(self.rays.count());
-        }
-        let mut tiles = columns::split(&mut hits, order, !used);
-        let work = || {
-            tiles.par_iter_mut().enumerate().for_each(|(tile, out)| {
-                if !self.control.is_cancelled() {
-                    let free = lock(&memories).pop();
-                    let mut own = free.unwrap_or_else(&memory);
-                    out.begin(loud);
-                    run(&mut own, tile, out);
-                    lock(&memories).push(own);
-                    self.control.advance(out.len() as u64);
-                }
-            });
+    /// Rays one after the other.
+    fn each(&self, walk: &(impl Fn(&Ray<T>) -> End<T> + Sync)) -> Result<Hits<T>, TraceError> {
+        let order = Order::in_line(self.rays, TILE);
+        let run = |_: &mut (), tile: usize, out: &mut Columns<T>| {
+            for k in 0..out.len() {
+                let end = walk(&self.rays.ray(tile * TILE + k));
+                out.work.add(1, end.steps.into());
+                out.end(k as u32, &end);
+            }
         };
-        pool::install(work);
-        if self.control.is_cancelled() {
-            return Err(TraceError::Cancelled);
-        }
-        let (mut threshold, mut work) = (T::of(0.0), Work::default());
-        for out in &tiles {
-            threshold = Real::max(threshold, out.threshold);
-            work.join(&out.work);
-        }
-        work.quiet = tiles.iter().all(|out| out.work.quiet);
-        drop(tiles);
-        (hits.threshold, hits.work) = (threshold, work);
-        order.restore(&mut hits);
-        Ok((hits, memories.into_inner().unwrap_or_else(PoisonError::into_inner)))
+        Ok(self.tiles(&order, || (), run)?.0)
     }
-}
-
-/// A panic elsewhere has its own report.
-fn lock<V>(of: &Mutex<V>) -> MutexGuard<'_, V> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -61,6 +61,33 @@ fn row(place: u32, y: usize, columns: Range<usize>) -> impl Iterator<Item = Want
     columns.zip(place..).map(move |(x, place)| Wanted { pixel: Pixel::at(x, y), place })
 }
 
+/// Where a tile begins: at a ray, in rows so wide, or in a corner of a picture's block.
+#[derive(Debug, Clone, Copy)]
+pub enum Corner {
+    Line { first: usize, width: usize },
+    Block(Pixel),
+}
+
+impl Default for Corner {
+    fn default() -> Self {
+        Corner::Block(Pixel::default())
+    }
+}
+
+impl Corner {
+    /// The pixel whose result has that place.
+    #[inline(always)]
+    pub fn pixel(self, place: u32) -> Pixel {
+        match self {
+            Corner::Block(Pixel(corner)) => Pixel(corner + place),
+            Corner::Line { first, width } => {
+                let number = first + place as usize;
+                Pixel::at(number % width, number / width)
+            }
+        }
+    }
+}
+
 /// Rays in tiles.
 pub struct Order {
     count: usize,
@@ -103,24 +130,25 @@ impl Order {
         }
     }
 
-    /// Calls `take(tile, n)` for the next `n` results, from the first to the last.
-    pub fn pieces(&self, mut take: impl FnMut(usize, usize)) {
-        let block = self.block;
-        let size = match &self.kind {
-            Kind::Line { size, .. } => *size,
-            Kind::Sorted(_) => block * block,
-            Kind::Blocks { width, height } => {
-                let across = width.div_ceil(block);
-                for y in 0..*height {
-                    for x in 0..across {
-                        take(y / block * across + x, block.min(width - x * block));
-                    }
-                }
-                return;
+    /// Tiles that lie side by side, and the results in as many: whole rows of a picture in blocks.
+    pub fn band(&self) -> (usize, usize) {
+        match &self.kind {
+            Kind::Line { size, .. } => (1, *size),
+            Kind::Sorted(_) => (1, self.block * self.block),
+            Kind::Blocks { width, .. } => (width.div_ceil(self.block), width * self.block),
+        }
+    }
+
+    /// Calls `take(tile, n)` for the next `n` results of a band, from the first to the last.
+    pub fn pieces(&self, band: usize, mut take: impl FnMut(usize, usize)) {
+        let (tiles, size) = self.band();
+        let first = band * size;
+        let count = size.min(self.count - first);
+        let Kind::Blocks { width, .. } = self.kind else { return take(band, count) };
+        for _ in 0..count / width {
+            for x in 0..tiles {
+                take(band * tiles + x, self.block.min(width - x * self.block));
             }
-        };
-        for first in (0..self.count).step_by(size) {
-            take(first / size, size.min(self.count - first));
         }
     }
 
@@ -157,6 +185,20 @@ impl Order {
                     groups.push(rays.len());
                 });
             }
+        }
+    }
+
+    /// Where a tile of a picture begins.
+    pub fn corner(&self, tile: usize) -> Corner {
+        match self.kind {
+            Kind::Line { size, width } => {
+                Corner::Line { first: tile * size, width: width.unwrap_or(self.count) }
+            }
+            Kind::Blocks { width, height } => {
+                let [x, y] = rectangle(tile, self.block, [width, height]).from;
+                Corner::Block(Pixel::at(x, y))
+            }
+            Kind::Sorted(_) => Corner::default(),
         }
     }
 

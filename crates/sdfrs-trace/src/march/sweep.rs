@@ -39,7 +39,8 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         let Some(beam) = beam else {
             // Rays without a common direction share no cells.
             patches.stop(|patch, end| self.leave(&patch, end, swarm));
-            return samples.walk(job, cells.whole(job.field), rule, swarm, &mut nobody, out);
+            samples.walk(job, cells.whole(job.field), rule, swarm, &mut nobody, out);
+            return show_later(out);
         };
         cells.begin_group(beam);
         samples.picked.clear();
@@ -48,6 +49,7 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         while (patches.under_way() || swarm.alive() > 0) && !job.control.is_cancelled() {
             let ahead = patches.nearest();
             let near = ahead.min(swarm.nearest());
+            show(cells, near.f64(), out);
             let (from, span, field): (_, _, &dyn Field<T>) = match cells.find(pruner, near.f64()) {
                 Found::Empty(from, to) if T::of(to) > near => {
                     let (from, to) = (T::of(from), T::of(to));
@@ -81,7 +83,11 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
             let ops = field.ops();
             let points = samples.cross(job, field, rule, (T::of(from), span), swarm, &mut nobody, out);
             cells.count(ops, points);
+            if from == EVERYWHERE {
+                show_later(out);
+            }
         }
+        show(cells, f64::INFINITY, out);
     }
 
     /// A patch's rays go on one by one; if not, they are misses already.
@@ -89,6 +95,22 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
         if let Patch::Rays(t) = end {
             patch.few(|pixels| swarm.add::<R>(self.job.rays, pixels, t));
         }
+    }
+}
+
+/// Surfaces found in a cell are shown before it is left for another depth.
+fn show<T: Native>(cells: &Cells<T>, t: f64, out: &mut Columns<T>) {
+    if let Some(surface) = &mut out.surface
+        && let Some((depths, program)) = cells.left(t)
+    {
+        surface.show(program, T::of(depths.start)..T::of(depths.end));
+    }
+}
+
+/// What belongs to no cell is shown when the block is done.
+fn show_later<T: Native>(out: &mut Columns<T>) {
+    if let Some(surface) = &mut out.surface {
+        surface.show_later();
     }
 }
 
