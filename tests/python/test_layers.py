@@ -13,7 +13,7 @@ CRATES = ["sdfrs-core", "sdfrs-mesh", "sdfrs-trace", "sdfrs-gpu", "sdfrs", "sdfr
 # Rooms on one line may use each other, and all rooms above them.
 ROOMS = {
     "sdfrs-core": [
-        ["error", "fresh", "pool", "isa", "vectorise"],
+        ["error", "fresh", "pages", "pool", "isa", "vectorise"],
         ["real", "math", "lane", "grid", "crowd"],
         ["contract"],
         ["op"],

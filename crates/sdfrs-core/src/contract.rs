@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::{error::SceneError, real::Scalar};
+use crate::{error::SceneError, pages, real::Scalar};
 
 /// What became of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -198,17 +198,16 @@ pub struct Hits<T> {
 impl<T: Scalar> Hits<T> {
     /// Room for so many rays.
     pub fn blank(n: usize) -> Self {
-        let zero = T::of(0.0);
         Self {
-            t: vec![zero; n],
-            status: vec![0; n],
-            steps: vec![0; n],
-            fallbacks: vec![0; n],
-            multiplier: vec![zero; n],
-            distance: vec![zero; n],
-            witness: vec![zero; n],
-            flags: vec![0; n],
-            threshold: zero,
+            t: pages::zeros(n),
+            status: pages::zeros(n),
+            steps: pages::zeros(n),
+            fallbacks: pages::zeros(n),
+            multiplier: pages::zeros(n),
+            distance: pages::zeros(n),
+            witness: pages::zeros(n),
+            flags: pages::zeros(n),
+            threshold: T::of(0.0),
             work: Work::default(),
         }
     }

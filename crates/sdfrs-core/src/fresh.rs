@@ -8,6 +8,8 @@ use std::{
 
 use rayon::prelude::*;
 
+use crate::pages;
+
 /// A vector in the making.
 pub struct Fresh<V> {
     /// Room for `n` values, and none of them.
@@ -19,7 +21,7 @@ pub struct Fresh<V> {
 impl<V: Copy + Send> Fresh<V> {
     /// Asks for memory, and leaves it as it is.
     pub fn new(n: usize) -> Self {
-        Self { memory: Vec::with_capacity(n), n, filled: AtomicUsize::new(0) }
+        Self { memory: pages::room(n), n, filled: AtomicUsize::new(0) }
     }
 
     /// All of it, in pieces of `size` values (the last may be shorter), each to be filled.

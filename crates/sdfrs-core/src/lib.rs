@@ -17,6 +17,7 @@ mod isa;
 pub mod lane;
 pub mod math;
 pub mod op;
+pub mod pages;
 pub mod pool;
 pub mod prune;
 pub mod real;
