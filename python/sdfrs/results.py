@@ -53,7 +53,9 @@ class Settings:
 
 @dataclass(frozen=True)
 class Timings:
-    """Wall-clock seconds of the two halves of a render.
+    """Seconds of the two halves of a render.
+
+    On the CPU surfaces are shaded as they are found: the wall clock is divided as the workers' time was.
 
     Examples:
         >>> import sdfrs
