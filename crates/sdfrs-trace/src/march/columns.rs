@@ -87,7 +87,7 @@ impl<T: Native> Columns<'_, T> {
 
 impl<T: Native> Sink<T> for Columns<'_, T> {
     #[inline(always)]
-    fn end(&mut self, place: u32, end: &End<T>) {
+    fn end(&mut self, place: u32, end: &End<T>, point: impl FnOnce() -> [T; 3]) {
         let (row, k) = self.at(place);
         (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status as u8, end.steps);
         (row.distance[k], row.witness[k]) = (end.r, end.witness);
@@ -104,7 +104,7 @@ impl<T: Native> Sink<T> for Columns<'_, T> {
         }
         self.work.quiet &= end.fallbacks == 0 && end.flags == 0;
         if let Some(surface) = &mut self.surface {
-            surface.end(place, end);
+            surface.end(place, end, point);
         }
     }
     #[inline]

@@ -50,7 +50,8 @@ const LOWEST: u64 = 0x0101_0101_0101_0101;
 
 /// Where ended rays go.
 pub trait Sink<T> {
-    fn end(&mut self, place: u32, end: &End<T>);
+    /// A ray has ended, at a point that only surfaces ask for.
+    fn end(&mut self, place: u32, end: &End<T>, point: impl FnOnce() -> [T; 3]);
     /// A threshold that decided a hit.
     fn hit(&mut self, threshold: T);
     fn cross(&mut self, crossing: Crossing<T>);
@@ -65,6 +66,14 @@ pub struct Crossing<T> {
     /// Threshold of the last sample.
     pub e: T,
     pub place: u32,
+}
+
+impl<T: Scalar> Crossing<T> {
+    /// Where the ray is at a depth.
+    pub fn at(&self, t: T) -> [T; 3] {
+        let (o, d) = (self.origin, self.direction);
+        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
+    }
 }
 
 /// Ends of rays that have taken a sample in.
@@ -125,7 +134,8 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
     #[inline(always)]
     fn end<R: Rule<T::Lanes>>(&mut self, pack: &Pack<T::Lanes>, code: u8, lane: usize, at: usize) {
         let Some(status) = code::status(code) else { return self.seldom::<R>(pack, code, lane, at) };
-        self.sink.end(pack.place[lane], &pack.result::<R>(lane, status));
+        let end = pack.result::<R>(lane, status);
+        self.sink.end(pack.place[lane], &end, || pack.rays.at(lane, end.t));
     }
 
     #[cold]
@@ -155,7 +165,7 @@ impl<T: Native, S: Sink<T>> Ends<'_, '_, T, S> {
                 if end.t == t { End { r, ..end } } else { end }
             }
         };
-        self.sink.end(place, &end);
+        self.sink.end(place, &end, || pack.rays.at(lane, end.t));
     }
 }
 
@@ -182,7 +192,7 @@ fn pass_pack<T: Native, R: Rule<T::Lanes>>(
     let mut free = 0;
     for lane in (0..T::Lanes::WIDTH).filter(|lane| codes[*lane] == code::MISS) {
         let end = End { r: T::INFINITY, ..pack.result::<R>(lane, Status::Miss) };
-        sink.end(pack.place[lane], &end);
+        sink.end(pack.place[lane], &end, || pack.rays.at(lane, end.t));
         pack.free(lane);
         free += 1;
     }

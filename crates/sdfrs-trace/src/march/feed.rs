@@ -37,6 +37,13 @@ impl<L: Lanes> Bundle<L> {
         self.t_max.set(lane, ray.t_max);
     }
 
+    /// Where a ray is at a depth.
+    #[inline(always)]
+    pub fn at(&self, lane: usize, t: L::S) -> [L::S; 3] {
+        let axis = |a: usize| self.origin[a].lane(lane) + t * self.direction[a].lane(lane);
+        [axis(0), axis(1), axis(2)]
+    }
+
     /// The direction of another bundle's ray.
     #[inline]
     pub fn turn(&mut self, lane: usize, from: &Self, which: usize) {

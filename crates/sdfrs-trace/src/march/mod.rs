@@ -72,6 +72,15 @@ pub struct Ray<T> {
     pub t_max: T,
 }
 
+impl<T: Scalar> Ray<T> {
+    /// Where it is at a depth.
+    #[inline(always)]
+    pub fn at(&self, t: T) -> [T; 3] {
+        let (o, d) = (self.origin, self.direction);
+        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
+    }
+}
+
 /// Where rays come from: a batch, or a camera that makes them as they are needed.
 pub trait Source<T: Native>: Sync {
     fn count(&self) -> usize;
@@ -338,9 +347,10 @@ impl<'a, T: Native> Job<'a, T> {
         let order = Order::in_line(self.rays, TILE);
         let run = |_: &mut (), tile: usize, out: &mut Columns<T>| {
             for k in 0..out.len() {
-                let end = walk(&self.rays.ray(tile * TILE + k));
+                let ray = self.rays.ray(tile * TILE + k);
+                let end = walk(&ray);
                 out.work.add(1, end.steps.into());
-                out.end(k as u32, &end);
+                out.end(k as u32, &end, || ray.at(end.t));
             }
         };
         Ok(self.tiles(&order, || (), run)?.0)

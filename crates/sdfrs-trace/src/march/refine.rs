@@ -22,7 +22,8 @@ pub fn refine<T: Native>(
         let guess = c.bracket.guess().filter(|_| narrowed && !c.tally.spent());
         if guess.is_none() {
             (c.tally.t, c.tally.r) = c.bracket.outer();
-            sink.end(c.place, &End::of(Status::Hit, &c.tally));
+            let t = c.tally.t;
+            sink.end(c.place, &End::of(Status::Hit, &c.tally), || c.at(t));
             sink.hit(c.e);
         }
         guess
@@ -34,7 +35,7 @@ pub fn refine<T: Native>(
     while !crossings.is_empty() {
         for a in 0..3 {
             p[a].clear();
-            p[a].extend(crossings.iter().zip(&asks).map(|(c, t)| c.origin[a] + *t * c.direction[a]));
+            p[a].extend(crossings.iter().zip(&asks).map(|(c, t)| c.at(*t)[a]));
         }
         r.resize(crossings.len(), T::of(0.0));
         field.eval(scratch, [&p[0], &p[1], &p[2]], &mut r);

@@ -26,7 +26,8 @@ pub struct Found<T> {
     /// Of its pixel, in the tile.
     pub place: u32,
     /// Depth.
-    pub t: T,
+    t: T,
+    pub point: [T; 3],
 }
 
 /// What turns surfaces into pixels; a worker has its own.
@@ -170,9 +171,11 @@ impl<'a, T: Native> Surface<'a, T> {
 
     /// A ray has ended.
     #[inline(always)]
-    pub fn end(&mut self, place: u32, end: &End<T>) {
+    pub fn end(&mut self, place: u32, end: &End<T>, point: impl FnOnce() -> [T; 3]) {
         match end.status {
-            Status::Hit | Status::OutOfSteps => self.easel.found.push(Found { place, t: end.t }),
+            Status::Hit | Status::OutOfSteps => {
+                self.easel.found.push(Found { place, t: end.t, point: point() })
+            }
             Status::Miss => {}
             Status::Invalid => self.canvas.set(place, [0.0; 3], self.easel.invalid),
         }

@@ -70,7 +70,8 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
                         if status == Status::Hit {
                             out.hit(s.e);
                         }
-                        out.end(k as u32, &End::of(status, tally));
+                        let t = tally.t;
+                        out.end(k as u32, &End::of(status, tally), || self.rays[k].at(t));
                     }
                 }
             }
@@ -83,9 +84,9 @@ impl<T: Native, W: Walk<T>> Wave<T, W> {
     fn sample(&mut self, job: &Job<T>) {
         let n = self.active.len();
         for (i, &k) in self.active.iter().enumerate() {
-            let (ray, t) = (&self.rays[k as usize], self.at[i]);
+            let p = self.rays[k as usize].at(self.at[i]);
             for axis in 0..3 {
-                self.p[axis][i] = ray.origin[axis] + t * ray.direction[axis];
+                self.p[axis][i] = p[axis];
             }
         }
         let p = [&self.p[0][..n], &self.p[1][..n], &self.p[2][..n]];

@@ -210,6 +210,63 @@ fn what_cannot_win_changes_no_normal() {
 }
 
 #[test]
+fn surfaces_are_shown_where_rays_have_come_to() {
+    use sdfrs_core::{
+        bake::{Plan, bake},
+        grid::Stepping,
+    };
+    // A bound too small takes safe steps through the surface, which is then looked for in between.
+    let steep = Shape::build("with_lipschitz", vec![("lipschitz".into(), Value::Num(0.8))], vec![sphere()]);
+    let plan = Plan { dims: [40; 3], lo: [-1.2; 3], hi: [1.2; 3], band: None, wide: false };
+    let grid = bake(&sphere(), &plan, u64::MAX, &Control::new()).unwrap();
+    let baked = Shape::texture(grid.with_stepping(Stepping::Voxel)).unwrap();
+    let (steep, camera) = (steep.unwrap(), camera(63, 47));
+    let form = Form::Y2018;
+    let shown = |shape: &Shape, tracer: Tracer, max_steps: u32| {
+        let lights = [PointLight::at([1.5, 0.5, 1.0])];
+        let light = Light { lights: &lights, surface: &Surface::default() };
+        let scene = Scene { shape, camera: &camera, lights: &lights, surface: Surface::default() };
+        let limits = Limits { max_steps, ..LIMITS };
+        let p = render::<f32>(&scene, &tracer, &limits, 100.0, &Control::new()).unwrap();
+        let rays = CameraRays::<f32>::new(&camera, &tracer, 100.0).unwrap();
+        for i in 0..p.rgb.len() {
+            let point = rays.ray(i).at(p.hits.t[i]);
+            let want = light.pixel(p.hits.status[i], point, p.normals[i]);
+            assert_eq!(p.rgb[i], want, "{tracer:?}, {max_steps} steps: pixel {i}");
+        }
+        p.summary
+    };
+    let basic = Tracer::Basic { guards: true };
+    for tracer in [
+        basic,
+        Tracer::Relaxed { omega: 1.6, form, guards: true },
+        Tracer::Basic { guards: false },
+        Tracer::CoverageSearch { guards: true },
+    ] {
+        assert!(shown(&sphere(), tracer, 1000).hits > 200);
+        assert!(shown(&sphere(), tracer, 3).out_of_steps > 50, "{tracer:?}");
+    }
+    assert!(shown(&steep, basic, 1000).crossings > 50);
+    assert!(shown(&baked, basic, 1000).hits > 200);
+}
+
+#[test]
+fn normals_without_a_slope_face_their_rays() {
+    // All rays begin at a ball's centre, where its distance has no slope.
+    fn run<T: Native>() {
+        let camera = Camera { origin: [0.0; 3], target: [1.0, 2.0, 3.0], ..camera(23, 19) };
+        let rays = CameraRays::<T>::new(&camera, &Tracer::Basic { guards: true }, 100.0).unwrap();
+        let p = picture::<T>(&sphere(), &camera);
+        for (i, normal) in p.normals.iter().enumerate() {
+            assert_eq!((p.hits.status[i], p.hits.t[i].f64()), (Status::Hit as u8, 0.0));
+            assert_eq!(*normal, rays.ray(i).direction.map(|d| -(d.f64() as f32)), "pixel {i}");
+        }
+    }
+    run::<f32>();
+    run::<f64>();
+}
+
+#[test]
 fn out_of_steps_is_shaded_where_it_got_to() {
     let (shape, camera) = (sphere(), camera(21, 21));
     let scene = Scene { shape: &shape, camera: &camera, lights: &[], surface: Surface::default() };

@@ -5,26 +5,31 @@
 
 use sdfrs_core::{Real, Scalar};
 
+/// 1 where a gradient has a direction: all three are finite and one of them is not zero; 0 elsewhere.
+#[inline(always)]
+pub fn aimed<R: Real>([x, y, z]: [R; 3]) -> R {
+    let infinity = R::splat(R::S::INFINITY);
+    let (zero, one) = (R::c(0.0), R::c(1.0));
+    let largest = x.abs().max(y.abs()).max(z.abs());
+    let mut aimed = R::select_lt(zero, largest, one, zero);
+    aimed = R::select_lt(x.abs(), infinity, aimed, zero);
+    aimed = R::select_lt(y.abs(), infinity, aimed, zero);
+    R::select_lt(z.abs(), infinity, aimed, zero)
+}
+
 /// The gradient at unit length, or the way back along the ray where it has no direction.
 #[inline(always)]
 pub fn unit<R: Real>(g: [R; 3], direction: [R; 3]) -> [R; 3] {
     let [x, y, z] = g;
-    let infinity = R::splat(R::S::INFINITY);
-    let (zero, one) = (R::c(0.0), R::c(1.0));
-    let largest = x.abs().max(y.abs()).max(z.abs());
-    // 1 where all three are finite and one of them is not zero.
-    let mut usable = R::select_lt(zero, largest, one, zero);
-    usable = R::select_lt(x.abs(), infinity, usable, zero);
-    usable = R::select_lt(y.abs(), infinity, usable, zero);
-    usable = R::select_lt(z.abs(), infinity, usable, zero);
-    let scale = moderate(largest);
+    let aimed = aimed(g);
+    let scale = moderate(x.abs().max(y.abs()).max(z.abs()));
     let (x, y, z) = (x * scale, y * scale, z * scale);
     let length = R::len3(x, y, z);
     let half = R::c(0.5);
     [
-        R::select_lt(half, usable, x / length, -direction[0]),
-        R::select_lt(half, usable, y / length, -direction[1]),
-        R::select_lt(half, usable, z / length, -direction[2]),
+        R::select_lt(half, aimed, x / length, -direction[0]),
+        R::select_lt(half, aimed, y / length, -direction[1]),
+        R::select_lt(half, aimed, z / length, -direction[2]),
     ]
 }
 

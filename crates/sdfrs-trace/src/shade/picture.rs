@@ -1,15 +1,15 @@
-//! Normals and colours of what rays have found: rays made again, gradients, light; some packs at a time.
+//! Normals and colours of what rays have found: gradients, and light; some packs at a time.
 //!
 //! Law: a pixel is what `Light::pixel` gives for it; the same bits for any number of threads (tests in `render`).
 
 use sdfrs_core::{
-    Program, Scratch, Status,
+    Program, Real, Scratch, Status,
     eval::{Kernel, Lanes, Native, vectorise},
 };
 
 use super::{
     direct::{Lamps, Light},
-    normal::unit,
+    normal::{aimed, unit},
     srgb::{self, Srgb},
 };
 use crate::march::{Bundle, Canvas, Found, Pixel, Shader, Shaders, Source, WIDEST};
@@ -54,12 +54,17 @@ impl<T: Native> Shader<T> for Worker<'_, T> {
         let Self { shading, scratch, run } = self;
         let program = program.unwrap_or(shading.program);
         for found in found.chunks(RUN) {
-            run.meet(shading.rays, found, on);
+            run.meet(found);
             let n = found.len().next_multiple_of(T::Lanes::WIDTH);
             let ([x, y, z], [v, dx, dy, dz]) = (&run.points, &mut run.gradient);
             let out = [&mut v[..n], &mut dx[..n], &mut dy[..n], &mut dz[..n]];
             program.gradient(scratch, [&x[..n], &y[..n], &z[..n]], out);
-            vectorise(Lit { lamps: &shading.lamps, run, n });
+            let mut all_aimed = true;
+            vectorise(Lit { lamps: &shading.lamps, run, n, all_aimed: &mut all_aimed });
+            if !all_aimed {
+                run.face(shading.rays, found, on);
+                vectorise(Lit { lamps: &shading.lamps, run, n, all_aimed: &mut all_aimed });
+            }
             run.show(shading.lamps.grey(), found, on);
         }
     }
@@ -68,7 +73,7 @@ impl<T: Native> Shader<T> for Worker<'_, T> {
 /// What is known of some surfaces, in whole packs.
 struct Run<T: Native> {
     points: [[T; RUN]; 3],
-    /// Directions of their rays.
+    /// Directions of their rays, where a slope has none.
     towards: [[T; RUN]; 3],
     /// The field's value and slopes.
     gradient: [[T; RUN]; 4],
@@ -86,15 +91,29 @@ impl<T: Native> Run<T> {
     }
 
     /// Where the rays have come to. Lanes beyond are as the last one.
-    fn meet(&mut self, rays: &dyn Source<T>, found: &[Found<T>], on: &Canvas) {
+    fn meet(&mut self, found: &[Found<T>]) {
+        let Some(last) = found.last() else { return };
+        let [x, y, z] = &mut self.points;
+        let n = found.len().next_multiple_of(T::Lanes::WIDTH);
+        let points = found.iter().chain(std::iter::repeat_n(last, n - found.len()));
+        for (((x, y), z), found) in x.iter_mut().zip(y).zip(z).zip(points) {
+            [*x, *y, *z] = found.point;
+        }
+    }
+
+    /// Makes the rays again, for their directions.
+    #[cold]
+    fn face(&mut self, rays: &dyn Source<T>, found: &[Found<T>], on: &Canvas) {
         let mut bundle = Bundle::blank();
         for (found, at) in found.chunks(T::Lanes::WIDTH).zip((0..).step_by(T::Lanes::WIDTH)) {
-            let (mut pixels, mut t) = ([Pixel::default(); WIDEST], [T::default(); WIDEST]);
-            for ((pixel, t), found) in pixels.iter_mut().zip(&mut t).zip(found) {
-                (*pixel, *t) = (on.pixel(found.place), found.t);
+            let mut pixels = [Pixel::default(); WIDEST];
+            for (pixel, found) in pixels.iter_mut().zip(found) {
+                *pixel = on.pixel(found.place);
             }
             rays.bundle(&pixels[..found.len()], &mut bundle);
-            vectorise(Meet { bundle: &bundle, t: &t[..found.len()], run: self, at });
+            for (d, towards) in bundle.direction.iter().zip(&mut self.towards) {
+                d.store(&mut towards[at..at + T::Lanes::WIDTH]);
+            }
         }
     }
 
@@ -113,31 +132,13 @@ impl<T: Native> Run<T> {
     }
 }
 
-/// The points that rays have come to.
-struct Meet<'a, T: Native> {
-    bundle: &'a Bundle<T::Lanes>,
-    t: &'a [T],
-    run: &'a mut Run<T>,
-    at: usize,
-}
-
-impl<T: Native> Kernel for Meet<'_, T> {
-    #[inline(always)]
-    fn run(self) {
-        let (t, to) = (T::Lanes::load(self.t), self.at..self.at + T::Lanes::WIDTH);
-        for a in 0..3 {
-            let (o, d) = (self.bundle.origin[a], self.bundle.direction[a]);
-            (o + t * d).store(&mut self.run.points[a][to.clone()]);
-            d.store(&mut self.run.towards[a][to.clone()]);
-        }
-    }
-}
-
 /// Normals from gradients, and the light there.
 struct Lit<'a, T: Native> {
     lamps: &'a Lamps<T>,
     run: &'a mut Run<T>,
     n: usize,
+    /// Whether every slope had a direction.
+    all_aimed: &'a mut bool,
 }
 
 impl<T: Native> Kernel for Lit<'_, T> {
@@ -145,8 +146,11 @@ impl<T: Native> Kernel for Lit<'_, T> {
     fn run(self) {
         let Run { points, towards, gradient: [_, slopes @ ..], normal, colour, steps } = self.run;
         let width = T::Lanes::WIDTH;
+        let mut all = T::Lanes::c(1.0);
         for at in (0..self.n.min(RUN)).step_by(width) {
-            let n = unit(pack(slopes, at), pack(towards, at));
+            let slope = pack(slopes, at);
+            all = all.min(aimed(slope));
+            let n = unit(slope, pack(towards, at));
             let rgb = self.lamps.linear(pack(points, at), n);
             for a in 0..3 {
                 n[a].store(&mut normal[a][at..at + width]);
@@ -154,6 +158,7 @@ impl<T: Native> Kernel for Lit<'_, T> {
                 srgb::step(rgb[a]).cells(&mut steps[a][at..at + width]);
             }
         }
+        *self.all_aimed = all.least() > T::of(0.0);
     }
 }
 
