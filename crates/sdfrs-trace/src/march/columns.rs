@@ -34,6 +34,23 @@ struct Row<'a, T> {
     flags: &'a mut [u8],
 }
 
+impl<T: Native> Row<'_, T> {
+    /// What every end tells.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    fn set(&mut self, k: usize, end: &End<T>) {
+        assert!(k < self.t.len());
+        // SAFETY: all columns of a row are as long ([`split`]).
+        unsafe {
+            *self.t.get_unchecked_mut(k) = end.t;
+            *self.status.get_unchecked_mut(k) = end.status as u8;
+            *self.steps.get_unchecked_mut(k) = end.steps;
+            *self.distance.get_unchecked_mut(k) = end.r;
+            *self.witness.get_unchecked_mut(k) = end.witness;
+        }
+    }
+}
+
 /// A result's place: which of the tile's rows, and where in it.
 pub fn place(row: usize, column: usize) -> u32 {
     (row << ROW | column) as u32
@@ -53,6 +70,7 @@ impl<'a, T: Native> Columns<'a, T> {
         let (row, column) = parts(place);
         (&mut self.rows[row], column)
     }
+
     pub fn len(&self) -> usize {
         self.rows.iter().map(|row| row.t.len()).sum()
     }
@@ -67,6 +85,17 @@ impl<T: Native> Columns<'_, T> {
                 row.flags.fill(0);
                 row.fallbacks.fill(0);
             }
+        }
+    }
+
+    /// Writes to all that every end will tell, and so brings it near: rays end in no order that a processor could foresee.
+    pub fn fetch(&mut self) {
+        for row in &mut self.rows {
+            row.t.fill(T::of(0.0));
+            row.distance.fill(T::of(0.0));
+            row.status.fill(0);
+            row.steps.fill(0);
+            row.witness.fill(T::of(0.0));
         }
     }
 
@@ -89,8 +118,7 @@ impl<T: Native> Sink<T> for Columns<'_, T> {
     #[inline(always)]
     fn end(&mut self, place: u32, end: &End<T>, point: impl FnOnce() -> [T; 3]) {
         let (row, k) = self.at(place);
-        (row.t[k], row.status[k], row.steps[k]) = (end.t, end.status as u8, end.steps);
-        (row.distance[k], row.witness[k]) = (end.r, end.witness);
+        row.set(k, end);
         // 1 is there already, and rules that try no longer steps have no other.
         if end.multiplier != T::of(1.0) {
             row.multiplier[k] = end.multiplier;
@@ -124,7 +152,7 @@ pub fn split<'a, T: Native>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> 
     let (mut multipliers, mut distances) = (Cut(multiplier), Cut(distance));
     let (mut witnesses, mut notes) = (Cut(witness), Cut(flags));
     let tile = |_| Columns {
-        rows: Vec::new(),
+        rows: Vec::with_capacity(order.rows()),
         new,
         threshold: T::of(0.0),
         crossings: Vec::new(),

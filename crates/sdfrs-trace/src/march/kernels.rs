@@ -242,8 +242,14 @@ pub mod code {
     /// What a ray has come to, where its code says all.
     #[inline(always)]
     pub fn status(code: u8) -> Option<Status> {
-        const ALL: [Option<Status>; 6] =
-            [Some(Status::Hit), Some(Status::OutOfSteps), None, None, None, Some(Status::Miss)];
-        ALL.get(usize::from(code / 2)).copied().flatten()
+        const ALL: [Status; 8] = {
+            let mut all = [Status::Invalid; 8];
+            all[HIT as usize / 2] = Status::Hit;
+            all[SPENT as usize / 2] = Status::OutOfSteps;
+            all[MISS as usize / 2] = Status::Miss;
+            all
+        };
+        let seldom = (TOLD..=INVALID).contains(&code);
+        (!seldom).then(|| ALL[usize::from(code / 2) % ALL.len()])
     }
 }

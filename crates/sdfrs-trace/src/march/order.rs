@@ -139,6 +139,11 @@ impl Order {
         }
     }
 
+    /// Pieces that a tile's results come in, at most.
+    pub fn rows(&self) -> usize {
+        if let Kind::Blocks { .. } = self.kind { self.block } else { 1 }
+    }
+
     /// Calls `take(tile, n)` for the next `n` results of a band, from the first to the last.
     pub fn pieces(&self, band: usize, mut take: impl FnMut(usize, usize)) {
         let (tiles, size) = self.band();

@@ -90,7 +90,7 @@ impl<'a> Band<'a> {
         let (mut normals, mut rgb) = (Cut(self.normals.clear()), Cut(self.rgb.fill(miss)));
         let tiles = order.band().0;
         let first = number * tiles;
-        let canvas = |tile| Canvas { corner: order.corner(tile), rows: Vec::new() };
+        let canvas = |tile| Canvas { corner: order.corner(tile), rows: Vec::with_capacity(order.rows()) };
         let mut canvases: Vec<Canvas> = (first..order.tiles().min(first + tiles)).map(canvas).collect();
         order.pieces(number, |tile, n| {
             canvases[tile - first].rows.push(Row { normals: normals.take(n), rgb: rgb.take(n) });
@@ -179,6 +179,12 @@ impl<'a, T: Native> Surface<'a, T> {
             Status::Miss => {}
             Status::Invalid => self.canvas.set(place, [0.0; 3], self.easel.invalid),
         }
+    }
+
+    /// Whether something was found that belongs to a cell.
+    #[inline(always)]
+    pub fn waits(&self) -> bool {
+        !self.easel.found.is_empty()
     }
 
     /// Shows what was found in a cell: along its program, if it lies between its depths.

@@ -99,8 +99,10 @@ impl<T: Native, R: Rule<T::Lanes>> Sweep<'_, T, R> {
 }
 
 /// Surfaces found in a cell are shown before it is left for another depth.
+#[inline(always)]
 fn show<T: Native>(cells: &Cells<T>, t: f64, out: &mut Columns<T>) {
     if let Some(surface) = &mut out.surface
+        && surface.waits()
         && let Some((depths, program)) = cells.left(t)
     {
         surface.show(program, T::of(depths.start)..T::of(depths.end));

@@ -128,6 +128,7 @@ impl<T: Native> Worker<T> {
         out: &mut Columns<T>,
     ) {
         order.tile(tile, &mut self.wanted, &mut self.groups);
+        out.fetch();
         self.swarms.resize_with(1, Swarm::default);
         let mut feed = Feed::new(job.rays, &self.wanted, self.start);
         self.swarms[0].fill::<R>(&mut feed, PACKS);
@@ -171,6 +172,7 @@ impl<T: Native> Worker<T> {
     ) {
         let Self { swarms, cells, samples, patches, wanted, groups, start, .. } = self;
         let rays = sweep.job.rays;
+        out.fetch();
         order.tile(block, wanted, groups);
         swarms.resize_with(swarms.len().max(groups.len()), Swarm::default);
         let swarms = &mut swarms[..groups.len()];
