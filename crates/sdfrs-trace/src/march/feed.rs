@@ -97,6 +97,11 @@ impl<'a, T: Native> Feed<'a, T> {
         Self::new(rays, &[], Start::unknown())
     }
 
+    /// Whether all rays come from one.
+    pub fn eye(&self) -> bool {
+        self.rays.eye().is_some()
+    }
+
     /// Rays that wait.
     pub fn waiting(&self) -> usize {
         self.order.len() - self.at

@@ -118,10 +118,16 @@ impl<L: Lanes> Pack<L> {
         (self.steps[lane], self.place[lane]) = (start.steps, place);
     }
 
-    /// Another pack's ray goes on in a lane of this one.
+    /// Another pack's ray goes on in a lane of this one, which may come from the same eye.
     #[inline]
-    fn adopt<R: Rule<L>>(&mut self, lane: usize, from: &Self, which: usize) {
-        self.rays.take(lane, &from.rays, which);
+    fn adopt<R: Rule<L>>(&mut self, lane: usize, (from, which): (&Self, usize), eye: bool) {
+        if eye {
+            // They differ in nothing else.
+            self.rays.turn(lane, &from.rays, which);
+            self.rays.t.set(lane, from.rays.t.lane(which));
+        } else {
+            self.rays.take(lane, &from.rays, which);
+        }
         let (state, old) = (&mut self.state, &from.state);
         state.t.set(lane, old.t.lane(which));
         state.r.set(lane, old.r.lane(which));
@@ -183,11 +189,13 @@ pub struct Swarm<T: Native> {
     /// The nearest sample asked for in each pack, where somebody wants to know.
     near: Vec<T>,
     alive: usize,
+    /// Whether all come from one.
+    eye: bool,
 }
 
 impl<T: Native> Default for Swarm<T> {
     fn default() -> Self {
-        Self { packs: Vec::new(), used: 0, codes: Vec::new(), near: Vec::new(), alive: 0 }
+        Self { packs: Vec::new(), used: 0, codes: Vec::new(), near: Vec::new(), alive: 0, eye: false }
     }
 }
 
@@ -199,12 +207,13 @@ impl<T: Native> Swarm<T> {
         self.used = packs.min(feed.waiting().div_ceil(Self::WIDTH));
         self.packs.resize_with(self.packs.len().max(self.used), Pack::blank);
         self.near.clear();
+        self.eye = feed.eye();
         self.alive = feed.packs::<R>(&mut self.packs[..self.used]);
     }
 
-    /// Nobody.
-    pub fn clear(&mut self) {
-        (self.used, self.alive) = (0, 0);
+    /// Nobody, before rays come that may all come from one eye.
+    pub fn clear(&mut self, eye: bool) {
+        (self.used, self.alive, self.eye) = (0, 0, eye);
         self.near.clear();
     }
 
@@ -345,7 +354,7 @@ impl<T: Native> Swarm<T> {
                 while !front[pack].is_free(lane) {
                     (pack, lane) = if lane + 1 < Self::WIDTH { (pack, lane + 1) } else { (pack + 1, 0) };
                 }
-                front[pack].adopt::<R>(lane, from, which);
+                front[pack].adopt::<R>(lane, (from, which), self.eye);
             }
         }
         self.used = kept;

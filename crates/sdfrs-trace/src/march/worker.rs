@@ -200,6 +200,7 @@ impl<T: Native> Worker<T> {
     ) {
         let Self { swarms, cells, samples, patches, .. } = self;
         let rays = sweep.job.rays;
+        let eye = rays.eye().is_some();
         out.miss();
         swarms.resize_with(swarms.len().max(1), Swarm::default);
         let mut corners = Bundle::blank();
@@ -214,7 +215,7 @@ impl<T: Native> Worker<T> {
         block.squares(cells.sizes.group, |pixels| {
             let beam = whole.and_then(|_| beam(&pixels));
             patches.begin(rays, pixels);
-            swarms[0].clear();
+            swarms[0].clear(eye);
             sweep.group(beam, patches, &mut swarms[0], cells, samples, out);
         });
     }
