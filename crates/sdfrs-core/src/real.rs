@@ -1,7 +1,7 @@
 //! The only arithmetic vocabulary: every op kernel is written once against [`Real`] and runs on
 //! scalars, packs of lanes, intervals and dual numbers.
 //!
-//! Law: no fused multiply-add anywhere (but inside a root that is rounded correctly, `lane/root.rs`); min
+//! Law: no fused multiply-add anywhere (but inside a root that is rounded correctly, `lane/root.rs`, and by 1); min
 //! and max are `if a < b {a} else {b}`.
 
 use std::fmt::Debug;
@@ -30,6 +30,12 @@ pub trait Real:
     #[inline(always)]
     fn c(v: f64) -> Self {
         Self::splat(Self::S::of(v))
+    }
+    /// `self - o`. Where `FUSED`, as `self * one - o`, which is rounded once and has the same bits, but goes by the pipes
+    /// that multiply: for loops that mostly add, on instruction sets that have it.
+    #[inline(always)]
+    fn less<const FUSED: bool>(self, o: Self, _one: Self) -> Self {
+        self - o
     }
     fn min(self, o: Self) -> Self;
     fn max(self, o: Self) -> Self;
@@ -142,6 +148,8 @@ pub trait Scalar: Real<S = Self> + Math + PartialOrd + Default + Debug + Send + 
     const TINY: Self;
     fn of(v: f64) -> Self;
     fn f64(self) -> f64;
+    /// `self * o - less`, rounded once.
+    fn times_less(self, o: Self, less: Self) -> Self;
     fn is_finite(self) -> bool;
     fn is_nan(self) -> bool;
     /// A crowd's tree in this precision.
@@ -165,6 +173,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn f64(self) -> f64 {
                 self as f64
+            }
+            #[inline(always)]
+            fn times_less(self, o: Self, less: Self) -> Self {
+                <$t>::mul_add(self, o, -less)
             }
             #[inline(always)]
             fn is_finite(self) -> bool {

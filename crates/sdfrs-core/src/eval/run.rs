@@ -248,7 +248,7 @@ macro_rules! steps {
         #[allow(unsafe_code)]
         unsafe fn unions<R: Real>(run: &[Ins], slots: *const *mut R, width: usize, t: &Tables<R::S>) {
             // SAFETY: passed on.
-            unsafe { crate::op::unions::<R>(run, slots, width, t) }
+            unsafe { crate::op::unions::<R, FUSED>(run, slots, width, t) }
         }
 
         struct Table<R, Q>(std::marker::PhantomData<(R, Q)>);
@@ -270,12 +270,14 @@ macro_rules! steps {
     };
 }
 
-/// A module for each instruction set, so that they compile side by side, and what goes beside `L`.
+/// A module for each instruction set, so that they compile side by side; what goes beside `L`, and whether products and
+/// sums are fused where that changes no bit.
 macro_rules! versions {
-    ($($(#[$on:meta])? $name:ident $features:literal $twin:ty)*) => {$(
+    ($($(#[$on:meta])? $name:ident $features:literal $twin:ty, $fused:literal)*) => {$(
         $(#[$on])?
         mod $name {
             use super::{Batch, Dual, Ins, Lanes, Op, Real, Slots, Tables, Tape};
+            const FUSED: bool = $fused;
             use crate::op::each_op;
 
             each_op!(steps, $features);
@@ -302,10 +304,10 @@ macro_rules! versions {
     )*};
 }
 versions! {
-    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw" L::Twin
-    #[cfg(target_arch = "x86_64")] avx2 "avx2" L
-    #[cfg(target_arch = "x86_64")] sse41 "sse4.1" L
-    baseline "sse2" L
+    #[cfg(target_arch = "x86_64")] avx512 "avx512f,avx512vl,avx512dq,avx512bw" L::Twin, true
+    #[cfg(target_arch = "x86_64")] avx2 "avx2" L, false
+    #[cfg(target_arch = "x86_64")] sse41 "sse4.1" L, false
+    baseline "sse2" L, false
 }
 
 macro_rules! dispatch {

@@ -149,6 +149,13 @@ impl<T: Scalar, const W: usize> Real for Pack<T, W> {
         }
         (s, c)
     }
+    #[inline(always)]
+    fn less<const FUSED: bool>(mut self, o: Self, one: Self) -> Self {
+        if !FUSED {
+            return self - o;
+        }
+        lanes!(i in self: self.0[i].times_less(one.0[i], o.0[i]))
+    }
     unary!(abs, sqrt, floor, sin, cos, exp, ln);
     binary!(min, max, atan2);
     #[inline(always)]

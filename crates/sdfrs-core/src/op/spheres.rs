@@ -15,7 +15,14 @@ use crate::{
 /// As for the functions of [`super::arm`]; all must be unions of spheres.
 #[inline(always)]
 #[allow(unsafe_code)]
-pub unsafe fn unions<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, t: &Tables<R::S>) {
+pub unsafe fn unions<R: Real, const FUSED: bool>(
+    run: &[Ins],
+    slots: impl Memory<R>,
+    width: usize,
+    t: &Tables<R::S>,
+) {
+    // Nothing that LLVM could know.
+    let one = R::splat(std::hint::black_box(R::S::of(1.0)));
     for ins in run {
         let table = &t.consts[ins.k as usize..(ins.k + ins.n) as usize];
         let mut g = 0;
@@ -24,7 +31,7 @@ pub unsafe fn unions<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, 
             let (x, y, z) = (slots.find(ins.a[0]), slots.find(ins.a[1]), slots.find(ins.a[2]));
             let to = slots.find(ins.d);
             while R::ONLY_VALUES && g + 1 < width {
-                let (d, e) = two(
+                let (d, e) = two::<R, FUSED>(
                     [x.add(g).read_unaligned(), y.add(g).read_unaligned(), z.add(g).read_unaligned()],
                     [
                         x.add(g + 1).read_unaligned(),
@@ -32,6 +39,7 @@ pub unsafe fn unions<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, 
                         z.add(g + 1).read_unaligned(),
                     ],
                     table,
+                    one,
                 );
                 to.add(g).write_unaligned(d);
                 to.add(g + 1).write_unaligned(e);
@@ -51,7 +59,7 @@ pub unsafe fn unions<R: Real>(run: &[Ins], slots: impl Memory<R>, width: usize, 
 
 /// [`kernel::sphere_union`] of two packs.
 #[inline(always)]
-fn two<R: Real>([x, y, z]: [R; 3], [u, v, w]: [R; 3], table: &[R::S]) -> (R, R) {
+fn two<R: Real, const FUSED: bool>([x, y, z]: [R; 3], [u, v, w]: [R; 3], table: &[R::S], one: R) -> (R, R) {
     let (slack, tiny) = (R::splat(kernel::slack::<R>()), R::splat(R::S::TINY));
     let (mut d, mut e) = (R::splat(R::S::INFINITY), R::splat(R::S::INFINITY));
     let (mut rest, _) = table.as_chunks::<4>();
@@ -65,8 +73,8 @@ fn two<R: Real>([x, y, z]: [R; 3], [u, v, w]: [R; 3], table: &[R::S]) -> (R, R) 
             && s[3] == radius
         {
             let (a, b, c) = (R::splat(s[0]), R::splat(s[1]), R::splat(s[2]));
-            p = ((x - a).sq() + (y - b).sq() + (z - c).sq()).min(p);
-            q = ((u - a).sq() + (v - b).sq() + (w - c).sq()).min(q);
+            p = (x.less::<FUSED>(a, one).sq() + (y - b).sq() + (z - c).sq()).min(p);
+            q = (u.less::<FUSED>(a, one).sq() + (v - b).sq() + (w - c).sq()).min(q);
             rest = others;
         }
         if R::any_lt(p, (d + r).sq() * slack + tiny) {
