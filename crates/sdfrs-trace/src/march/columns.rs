@@ -90,22 +90,21 @@ impl<T: Native> Columns<'_, T> {
 
     /// Writes to all that every end will tell, and so brings it near: rays end in no order that a processor could foresee.
     pub fn fetch(&mut self) {
-        for row in &mut self.rows {
-            row.t.fill(T::of(0.0));
-            row.distance.fill(T::of(0.0));
-            row.status.fill(0);
-            row.steps.fill(0);
-            row.witness.fill(T::of(0.0));
-        }
+        self.fill(true);
     }
 
     /// As if all rays had missed everything without a step: those that end otherwise say so.
     pub fn miss(&mut self) {
+        // New ones are 0 where they should be, as pages are that nobody has written to.
+        self.fill(!self.new);
+    }
+
+    /// Misses without a step, at least where those are not 0.
+    fn fill(&mut self, all: bool) {
         for row in &mut self.rows {
             row.t.fill(T::INFINITY);
             row.distance.fill(T::INFINITY);
-            // The others are 0, as pages are that nobody has written to.
-            if !self.new {
+            if all {
                 row.status.fill(Status::Miss as u8);
                 row.steps.fill(0);
                 row.witness.fill(T::of(0.0));

@@ -7,7 +7,7 @@ use sdfrs_core::{
 };
 
 use super::{
-    Threshold,
+    Threshold, along,
     feed::Feed,
     kernels::code,
     swarm::{EIGHT, Eight, Pack, WIDEST},
@@ -71,8 +71,7 @@ pub struct Crossing<T> {
 impl<T: Scalar> Crossing<T> {
     /// Where the ray is at a depth.
     pub fn at(&self, t: T) -> [T; 3] {
-        let (o, d) = (self.origin, self.direction);
-        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
+        along(self.origin, self.direction, t)
     }
 }
 

@@ -76,9 +76,14 @@ impl<T: Scalar> Ray<T> {
     /// Where it is at a depth.
     #[inline(always)]
     pub fn at(&self, t: T) -> [T; 3] {
-        let (o, d) = (self.origin, self.direction);
-        [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
+        along(self.origin, self.direction, t)
     }
+}
+
+/// Where a ray is at a depth.
+#[inline(always)]
+fn along<T: Scalar>(o: [T; 3], d: [T; 3], t: T) -> [T; 3] {
+    [o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]
 }
 
 /// Where rays come from: a batch, or a camera that makes them as they are needed.
