@@ -174,7 +174,7 @@ pub fn check_spans<T: Scalar>(
     Ok(())
 }
 
-/// What tracing found, ray by ray.
+/// What tracing found, ray by ray. A picture has no `distance` and no `witness`: it shows neither.
 #[derive(Debug, Clone, Default)]
 pub struct Hits<T> {
     /// World units along the ray; infinite on a miss.
@@ -192,22 +192,30 @@ pub struct Hits<T> {
     pub flags: Vec<u8>,
     /// Largest threshold that decided a hit: above `eps` where a cone or the floor of 4 ulp did.
     pub threshold: T,
+    /// Largest of all witnesses.
+    pub steepest: T,
     pub work: Work,
 }
 
 impl<T: Scalar> Hits<T> {
     /// Room for so many rays.
     pub fn blank(n: usize) -> Self {
+        Self { distance: pages::zeros(n), witness: pages::zeros(n), ..Self::picture(n) }
+    }
+
+    /// Room for the rays of a picture.
+    pub fn picture(n: usize) -> Self {
         Self {
             t: pages::zeros(n),
             status: pages::zeros(n),
             steps: pages::zeros(n),
             fallbacks: pages::zeros(n),
             multiplier: pages::zeros(n),
-            distance: pages::zeros(n),
-            witness: pages::zeros(n),
+            distance: Vec::new(),
+            witness: Vec::new(),
             flags: pages::zeros(n),
             threshold: T::of(0.0),
+            steepest: T::of(0.0),
             work: Work::default(),
         }
     }

@@ -88,7 +88,8 @@ impl Bench<'_> {
         let tracer = Tracer::Basic { guards: true };
         let job = Job::new(self.device, &compiled, &tracer, &limits, T_MAX.into(), &from, &control)?;
         let pixels = (self.raster.width * self.raster.height) as usize;
-        let (hits, course) = job.run(pixels, &from, Some(self.raster.width), |_, _, _| Ok(()))?;
+        let (hits, course) =
+            job.run(Hits::blank(pixels), &from, Some(self.raster.width), |_, _, _| Ok(()))?;
         let summary = Summary::of(&hits, course.walked, self.lipschitz);
         Ok((hits, summary))
     }

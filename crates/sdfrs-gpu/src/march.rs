@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use sdfrs_core::{
-    Control, Hits, Limits, Rays, Shape, Status,
+    Control, Hits, Limits, Rays, Real, Shape, Status,
     contract::{Work, check_spans},
 };
 use sdfrs_trace::{
@@ -59,7 +59,7 @@ pub fn trace(
         .fold(0.0, f64::max);
     let scene = Compiled::new(device, shape, settings)?;
     let job = Job::new(device, &scene, tracer, limits, range, &From::Host(rays), control)?;
-    job.run(rays.origins.len(), &From::Host(rays), None, |_, _, _| Ok(()))
+    job.run(Hits::blank(rays.origins.len()), &From::Host(rays), None, |_, _, _| Ok(()))
 }
 
 /// A tracer, compiled for a scene.
@@ -140,15 +140,15 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Traces `count` rays tile by tile; `then` sees each tile while it is on the GPU, and where it begins.
+    /// Traces the rays of blank hits tile by tile; `then` sees each tile while it is on the GPU, and where it begins.
     pub fn run(
         mut self,
-        count: usize,
+        mut hits: Hits<f32>,
         from: &From<'_>,
         width: Option<u32>,
         mut then: impl FnMut(&Traced<'_>, usize, &mut Dispatcher<'_>) -> Result<(), GpuError>,
     ) -> Result<(Hits<f32>, Course), GpuError> {
-        let mut hits = Hits::blank(count);
+        let count = hits.t.len();
         let mut dispatcher = Dispatcher::new(self.device, self.control)?;
         if count == 0 {
             return Ok((hits, dispatcher.course));
@@ -310,7 +310,13 @@ fn put(hits: &mut Hits<f32>, i: usize, tally: &Tally) {
     // Both fit: the status has two bits, the flags have three.
     (hits.status[i], hits.flags[i]) = (status as u8, (tally.outcome >> 8) as u8);
     (hits.steps[i], hits.fallbacks[i]) = (tally.steps, tally.fallbacks);
-    (hits.multiplier[i], hits.distance[i], hits.witness[i]) = (tally.multiplier(), tally.r, tally.witness);
+    hits.multiplier[i] = tally.multiplier();
+    // One that is no number is left out.
+    hits.steepest = Real::max(tally.witness, hits.steepest);
+    // A picture has neither.
+    if let (Some(distance), Some(witness)) = (hits.distance.get_mut(i), hits.witness.get_mut(i)) {
+        (*distance, *witness) = (tally.r, tally.witness);
+    }
 }
 
 fn upload_rays(

@@ -74,7 +74,8 @@ pub fn trace_camera(
     let raster = view.raster(tracer, limits);
     let scene = Compiled::for_picture(device, shape, (raster, limits.prune), settings, control)?;
     let job = Job::new(device, &scene, tracer, limits, view.t_max.into(), &view.source(), control)?;
-    let (hits, course) = job.run(view.pixels, &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
+    let (hits, course) =
+        job.run(Hits::blank(view.pixels), &view.source(), Some(camera.width), |_, _, _| Ok(()))?;
     let summary = Summary::of(&hits, course.walked, shape.lipschitz());
     Ok((hits, summary, course))
 }
@@ -103,7 +104,8 @@ pub fn render(
         shade_seconds += start.elapsed().as_secs_f64();
         done
     };
-    let (hits, course) = job.run(view.pixels, &view.source(), Some(what.camera.width), shade)?;
+    let (hits, course) =
+        job.run(Hits::picture(view.pixels), &view.source(), Some(what.camera.width), shade)?;
     let picture = Picture {
         width: what.camera.width,
         height: what.camera.height,

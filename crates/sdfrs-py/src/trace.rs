@@ -64,7 +64,7 @@ pub fn trace<'py>(
     ) -> PyResult<Bound<'py, PyDict>> {
         let (origins, mut directions) = (args::rows(&rays[0])?, args::rows(&rays[1])?);
         let progress = Progress { callback, total: origins.len() as u64 };
-        let (hits, summary, used) = call::long(py, &progress, move |control| {
+        let (mut hits, summary, used) = call::long(py, &progress, move |control| {
             contract::check_rays(&origins, &mut directions)?;
             let rays = Rays {
                 origins: &origins,
@@ -74,7 +74,11 @@ pub fn trace<'py>(
             };
             Ok(T::trace(job.on, job.shape, &job.tracer, &rays, &job.limits, control)?)
         })?;
-        hits_fields(py, hits, &summary, &used)
+        let (distance, witness) = (std::mem::take(&mut hits.distance), std::mem::take(&mut hits.witness));
+        let dict = hits_fields(py, hits, &summary, &used)?;
+        dict.set_item("distance", flat(py, distance))?;
+        dict.set_item("witness", flat(py, witness))?;
+        Ok(dict)
     }
     let job =
         Job::new(node, tracer, parts, args::limits(eps, cone, max_steps, prune, false)?, (device, strict))?;
@@ -181,7 +185,7 @@ pub fn render<'py>(
     }
 }
 
-/// The arrays and the numbers of a trace, by the names of their Python fields.
+/// The arrays that maps are made of and the numbers of a trace, by the names of their Python fields.
 fn hits_fields<'py, T: Number>(
     py: Python<'py>,
     hits: Hits<T>,
@@ -194,8 +198,6 @@ fn hits_fields<'py, T: Number>(
     dict.set_item("steps", flat(py, hits.steps))?;
     dict.set_item("fallbacks", flat(py, hits.fallbacks))?;
     dict.set_item("multiplier", flat(py, hits.multiplier))?;
-    dict.set_item("distance", flat(py, hits.distance))?;
-    dict.set_item("witness", flat(py, hits.witness))?;
     dict.set_item("flags", flat(py, hits.flags))?;
     dict.set_item("summary", summary_fields(py, summary)?)?;
     dict.set_item("device", &used.words)?;

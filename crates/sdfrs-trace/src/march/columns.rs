@@ -15,6 +15,8 @@ pub struct Columns<'a, T: Native> {
     new: bool,
     /// Largest threshold that decided a hit.
     pub threshold: T,
+    /// Largest witness.
+    pub steepest: T,
     /// Rays whose surface has to be refined yet.
     pub crossings: Vec<Crossing<T>>,
     pub work: Work,
@@ -29,9 +31,14 @@ struct Row<'a, T> {
     steps: &'a mut [u32],
     fallbacks: &'a mut [u32],
     multiplier: &'a mut [T],
+    flags: &'a mut [u8],
+    detail: Option<Detail<'a, T>>,
+}
+
+/// What a picture does not show.
+struct Detail<'a, T> {
     distance: &'a mut [T],
     witness: &'a mut [T],
-    flags: &'a mut [u8],
 }
 
 impl<T: Native> Row<'_, T> {
@@ -45,8 +52,10 @@ impl<T: Native> Row<'_, T> {
             *self.t.get_unchecked_mut(k) = end.t;
             *self.status.get_unchecked_mut(k) = end.status as u8;
             *self.steps.get_unchecked_mut(k) = end.steps;
-            *self.distance.get_unchecked_mut(k) = end.r;
-            *self.witness.get_unchecked_mut(k) = end.witness;
+            if let Some(detail) = &mut self.detail {
+                *detail.distance.get_unchecked_mut(k) = end.r;
+                *detail.witness.get_unchecked_mut(k) = end.witness;
+            }
         }
     }
 }
@@ -103,11 +112,14 @@ impl<T: Native> Columns<'_, T> {
     fn fill(&mut self, all: bool) {
         for row in &mut self.rows {
             row.t.fill(T::INFINITY);
-            row.distance.fill(T::INFINITY);
             if all {
                 row.status.fill(Status::Miss as u8);
                 row.steps.fill(0);
-                row.witness.fill(T::of(0.0));
+            }
+            let Some(detail) = &mut row.detail else { continue };
+            detail.distance.fill(T::INFINITY);
+            if all {
+                detail.witness.fill(T::of(0.0));
             }
         }
     }
@@ -116,6 +128,8 @@ impl<T: Native> Columns<'_, T> {
 impl<T: Native> Sink<T> for Columns<'_, T> {
     #[inline(always)]
     fn end(&mut self, place: u32, end: &End<T>, point: impl FnOnce() -> [T; 3]) {
+        // One that is no number is left out.
+        self.steepest = Real::max(end.witness, self.steepest);
         let (row, k) = self.at(place);
         row.set(k, end);
         // 1 is there already, and rules that try no longer steps have no other.
@@ -150,10 +164,12 @@ pub fn split<'a, T: Native>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> 
     let (mut step_counts, mut fallback_counts) = (Cut(steps), Cut(fallbacks));
     let (mut multipliers, mut distances) = (Cut(multiplier), Cut(distance));
     let (mut witnesses, mut notes) = (Cut(witness), Cut(flags));
+    let detailed = distances.0.len() == times.0.len();
     let tile = |_| Columns {
         rows: Vec::with_capacity(order.rows()),
         new,
         threshold: T::of(0.0),
+        steepest: T::of(0.0),
         crossings: Vec::new(),
         work: Work { quiet: true, ..Work::default() },
         surface: None,
@@ -167,9 +183,8 @@ pub fn split<'a, T: Native>(hits: &'a mut Hits<T>, order: &Order, new: bool) -> 
                 steps: step_counts.take(n),
                 fallbacks: fallback_counts.take(n),
                 multiplier: multipliers.take(n),
-                distance: distances.take(n),
-                witness: witnesses.take(n),
                 flags: notes.take(n),
+                detail: detailed.then(|| Detail { distance: distances.take(n), witness: witnesses.take(n) }),
             });
         });
     }

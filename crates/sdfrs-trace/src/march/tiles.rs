@@ -25,7 +25,8 @@ impl<T: Native> Job<'_, T> {
         let used = hits.t.len() == self.rays.count();
         let loud = used && !hits.work.quiet;
         if !used {
-            hits = Hits::blank(self.rays.count());
+            let room = if self.shaders.is_some() { Hits::picture } else { Hits::blank };
+            hits = room(self.rays.count());
         }
         let mut blank = self.shaders.map(|_| Blank::new(self.rays.count()));
         let all = Workers { job: self, loud, memory, kept: Mutex::default() };
@@ -52,14 +53,15 @@ impl<T: Native> Job<'_, T> {
             return Err(TraceError::Cancelled);
         }
         let (memories, times) = all.told();
-        let (mut threshold, mut work) = (T::of(0.0), Work::default());
+        let (mut threshold, mut steepest, mut work) = (T::of(0.0), T::of(0.0), Work::default());
         for out in &tiles {
             threshold = Real::max(threshold, out.threshold);
+            steepest = Real::max(steepest, out.steepest);
             work.join(&out.work);
         }
         work.quiet = tiles.iter().all(|out| out.work.quiet);
         drop(tiles);
-        (hits.threshold, hits.work) = (threshold, work);
+        (hits.threshold, hits.steepest, hits.work) = (threshold, steepest, work);
         order.restore(&mut hits);
         if let Some(blank) = blank {
             *lock(&self.image) = blank.done(&times);

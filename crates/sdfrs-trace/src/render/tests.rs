@@ -96,6 +96,10 @@ fn hits_are_those_of_the_cameras_rays() {
             trace_camera(&shape, &camera, &tracer, &LIMITS, 100.0, &Control::new()).unwrap();
         assert_eq!((&hits.t, &hits.steps), (&again.t, &again.steps));
         assert_eq!(summary.evaluations, p.summary.evaluations);
+        // A picture keeps the largest witness alone.
+        let steepest = hits.witness.iter().fold(0.0, |most, w| f64::max(most, w.f64()));
+        assert!(p.hits.distance.is_empty() && p.hits.witness.is_empty() && steepest > 0.5);
+        assert_eq!((p.summary.witness, summary.witness), (steepest, steepest));
     }
     run::<f32>();
     run::<f64>();

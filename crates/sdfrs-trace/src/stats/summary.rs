@@ -5,7 +5,7 @@
 //! sorting everything (tests below), whatever the number of threads.
 
 use sdfrs_core::{
-    Hits, Real, Scalar,
+    Hits, Scalar,
     contract::{FLAG_CROSSING, FLAG_INSIDE, FLAG_PRECISION, Work},
     eval::{Kernel, vectorise},
 };
@@ -58,7 +58,7 @@ impl Summary {
         let steps = Counts::of(&hits.steps);
         let [misses, hit, out_of_steps, invalid] = sums.statuses;
         let [inside, crossings, precision_limited] = sums.flags;
-        let (evaluations, witness) = (steps.sum(), sums.witness.f64());
+        let (evaluations, witness) = (steps.sum(), hits.steepest.f64());
         Self {
             rays: hits.status.len() as u64,
             hits: hit,
@@ -125,20 +125,19 @@ pub fn active_rays(steps: &[u32]) -> Vec<u64> {
     active
 }
 
-/// Everything that is a sum over all rays, or the most of them.
+/// Everything that is a sum over all rays.
 #[derive(Default)]
-struct Sums<T> {
+struct Sums {
     /// Rays by status, and by flag.
     statuses: [u64; 4],
     flags: [u64; 3],
     fallbacks: u64,
-    witness: T,
 }
 
 /// One pass over all columns, some rays at a time.
 struct Add<'a, T> {
     hits: &'a Hits<T>,
-    sums: &'a mut Sums<T>,
+    sums: &'a mut Sums,
 }
 
 /// Rays at a time: as many as a byte counts.
@@ -163,19 +162,8 @@ impl<T: Scalar> Kernel for Add<'_, T> {
             }
         }
         sums.fallbacks = hits.fallbacks[..loud].iter().map(|n| u64::from(*n)).sum();
-        // Side by side: one after the other each would wait for the last. A NaN compares false and is left out.
-        let mut most = [T::of(0.0); WIDTH];
-        for run in hits.witness.chunks(WIDTH) {
-            for (most, w) in most.iter_mut().zip(run) {
-                *most = if *w > *most { *w } else { *most };
-            }
-        }
-        sums.witness = most.into_iter().fold(T::of(0.0), Real::max);
     }
 }
-
-/// Largest values kept side by side.
-const WIDTH: usize = 32;
 
 /// How often each count occurs: the first ones by number, what lies beyond sorted.
 struct Counts {
@@ -240,9 +228,10 @@ mod tests {
             fallbacks: vec![2; n],
             multiplier: vec![1.0; n],
             distance: vec![0.0; n],
-            witness: (0..n).map(|i| if i == 1 { f64::NAN } else { i as f64 / 100.0 }).collect(),
+            witness: vec![0.0; n],
             flags: (0..n).map(|i| (i % 8) as u8).collect(),
             threshold: 0.0,
+            steepest: 0.07,
             work: work(),
             steps,
         }
@@ -273,7 +262,7 @@ mod tests {
 
     #[test]
     fn no_rays_give_zeros() {
-        let s = Summary::of(&Hits { work: Work::default(), ..hits(vec![]) }, 0.0, 1.0);
+        let s = Summary::of(&Hits { work: Work::default(), steepest: 0.0, ..hits(vec![]) }, 0.0, 1.0);
         assert_eq!(s, Summary { prune: "off", ..Summary::default() });
         assert_eq!(active_rays(&[]), [0]);
     }
