@@ -33,7 +33,7 @@ pub use wide::Wide;
 /// Nothing, but LLVM cannot know: it would turn a loop over packs into gathers across packs, 20 times slower.
 #[inline(always)]
 #[allow(unsafe_code)]
-pub(crate) fn opaque() {
+pub fn opaque() {
     // SAFETY: no instruction at all.
     unsafe { std::arch::asm!("", options(nomem, nostack, preserves_flags)) };
 }

@@ -1,6 +1,11 @@
 //! What a trace writes, tile by tile: straight into the rows of the hits that the tile covers.
 
-use sdfrs_core::{Hits, Real, Status, contract::Work, eval::Native};
+use sdfrs_core::{
+    Hits, Real, Status,
+    contract::Work,
+    eval::{Kernel, Native, vectorise},
+    lane::opaque,
+};
 
 use super::{
     ends::{Crossing, End, Sink},
@@ -110,19 +115,43 @@ impl<T: Native> Columns<'_, T> {
 
     /// Misses without a step, at least where those are not 0.
     fn fill(&mut self, all: bool) {
-        for row in &mut self.rows {
-            row.t.fill(T::INFINITY);
-            if all {
-                row.status.fill(Status::Miss as u8);
-                row.steps.fill(0);
+        vectorise(Fill { rows: &mut self.rows, all });
+    }
+}
+
+/// Rows of misses. Short rows: a call for each column would take longer than what it does.
+struct Fill<'a, 'b, T: Native> {
+    rows: &'a mut [Row<'b, T>],
+    all: bool,
+}
+
+impl<T: Native> Kernel for Fill<'_, '_, T> {
+    #[inline(always)]
+    fn run(self) {
+        for row in self.rows {
+            fill(row.t, T::INFINITY);
+            if self.all {
+                fill(row.status, Status::Miss as u8);
+                fill(row.steps, 0);
             }
             let Some(detail) = &mut row.detail else { continue };
-            detail.distance.fill(T::INFINITY);
-            if all {
-                detail.witness.fill(T::of(0.0));
+            fill(detail.distance, T::INFINITY);
+            if self.all {
+                fill(detail.witness, T::of(0.0));
             }
         }
     }
+}
+
+/// By registers.
+#[inline(always)]
+fn fill<V: Copy>(column: &mut [V], with: V) {
+    let (runs, rest) = column.as_chunks_mut::<16>();
+    for run in runs {
+        *run = [with; 16];
+        opaque();
+    }
+    rest.fill(with);
 }
 
 impl<T: Native> Sink<T> for Columns<'_, T> {
