@@ -235,25 +235,28 @@ impl Batch<Lines> {
 }
 
 impl<R: Source<f32>> Batch<R> {
-    pub fn trace(&self, field: &Program<f32>) -> Totals {
-        self.pruned(field, Prune::Off)
+    pub fn trace(&self, field: &Program<f32>) {
+        self.pruned(field, Prune::Off);
     }
 
     /// As `pruned`, into new memory.
-    pub fn fresh(&self, field: &Program<f32>, prune: Prune) -> Totals {
+    pub fn fresh(&self, field: &Program<f32>, prune: Prune) {
         *self.hits.lock().unwrap() = Hits::default();
-        self.pruned(field, prune)
+        self.pruned(field, prune);
     }
 
-    pub fn pruned(&self, field: &Program<f32>, prune: Prune) -> Totals {
+    pub fn pruned(&self, field: &Program<f32>, prune: Prune) {
         let limits = Limits { eps: f64::from(EPS), max_steps: MAX_STEPS, cone: 0.0, prune };
         let tracer = Tracer::Basic { guards: true };
         let mut memory = self.hits.lock().unwrap();
         let old = std::mem::take(&mut *memory);
-        let hits = trace_over(field, &tracer, &self.rays, &limits, &Control::new(), old).unwrap();
+        *memory = trace_over(field, &tracer, &self.rays, &limits, &Control::new(), old).unwrap();
+    }
+
+    /// Of the last trace. Counted apart: that is no part of tracing.
+    pub fn totals(&self) -> Totals {
+        let hits = self.hits.lock().unwrap();
         let hit = hits.status.iter().filter(|s| **s == Status::Hit as u8).count();
-        let totals = Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() };
-        *memory = hits;
-        totals
+        Totals { hits: hit, steps: hits.steps.iter().map(|s| u64::from(*s)).sum() }
     }
 }

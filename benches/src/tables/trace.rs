@@ -35,15 +35,16 @@ pub fn peers() {
         let skips = least > 10.0;
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         let mut jit = scene.hand.jit();
-        let (a, b) = (batch.trace(&program), trace::waves(&mut jit, &lines));
+        batch.trace(&program);
+        let (a, b) = (batch.totals(), trace::waves(&mut jit, &lines));
         let differ = a.hits.abs_diff(b.hits);
         assert!(differ * 1000 <= lines.len(), "{a:?} {b:?}");
         let [ours, skip, jit, scalar] = milliseconds([
             &mut || {
-                black_box(batch.trace(&program));
+                batch.trace(&program);
             },
             &mut || {
-                black_box(batch.pruned(&program, Prune::Skip));
+                batch.pruned(&program, Prune::Skip);
             },
             &mut || {
                 black_box(trace::waves(&mut jit, &lines));
@@ -81,8 +82,10 @@ pub fn pruned() {
         (scenes::spheres(1000), [Some(8.0), Some(12.0), Some(12.0)]),
     ] {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
-        let (whole, exact) = (batch.trace(&program), batch.pruned(&program, Prune::Exact));
-        assert_eq!(whole, exact, "{}", scene.name);
+        batch.trace(&program);
+        let whole = batch.totals();
+        batch.pruned(&program, Prune::Exact);
+        assert_eq!(whole, batch.totals(), "{}", scene.name);
         let mut jit = scene.hand.pruned_jit();
         let mut best = [f64::INFINITY; 4];
         for depths in [[0.5f32, 0.25], [1.0, 0.5], [2.0, 1.0]] {
@@ -90,13 +93,13 @@ pub fn pruned() {
             assert!(whole.hits.abs_diff(peer.hits) * 1000 <= lines.len(), "{whole:?} {peer:?}");
             let times = milliseconds([
                 &mut || {
-                    black_box(batch.trace(&program));
+                    batch.trace(&program);
                 },
                 &mut || {
-                    black_box(batch.pruned(&program, Prune::Exact));
+                    batch.pruned(&program, Prune::Exact);
                 },
                 &mut || {
-                    black_box(batch.pruned(&program, Prune::Skip));
+                    batch.pruned(&program, Prune::Skip);
                 },
                 &mut || {
                     black_box(jit.trace(&nested, depths));
@@ -140,7 +143,7 @@ pub fn packets() {
     assert_eq!(a, b, "packets and the scalar loop");
     let [ours, packets] = milliseconds([
         &mut || {
-            black_box(batch.trace(&program));
+            batch.trace(&program);
         },
         &mut || {
             black_box(packet::trace(&rays));
@@ -166,7 +169,7 @@ pub fn growth() {
     for n in [100, 1_000, 10_000, 100_000] {
         let program = Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap();
         let [ms] = milliseconds([&mut || {
-            black_box(batch.pruned(&program, Prune::Skip));
+            batch.pruned(&program, Prune::Skip);
         }]);
         thousand = if n == 1_000 { ms } else { thousand };
         rows.push((n, ms));
@@ -193,7 +196,7 @@ pub fn threads() {
                 pool::set_threads(n + 1);
                 batch.trace(&program);
                 let start = Instant::now();
-                black_box(batch.trace(&program));
+                batch.trace(&program);
                 *best = best.min(start.elapsed().as_secs_f64() * 1e3);
             }
         }
@@ -231,7 +234,7 @@ pub fn parts() {
                 );
             },
             &mut || {
-                black_box(batch.fresh(&program, PRUNE));
+                batch.fresh(&program, PRUNE);
             },
         ]);
         let beyond = 1.0 - tracing / whole;
