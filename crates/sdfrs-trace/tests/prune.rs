@@ -154,14 +154,36 @@ fn compare_large<T: Native>(seed: u64) {
         let steps = |h: &Hits<T>| h.steps.iter().map(|n| u64::from(*n)).sum::<u64>();
         assert!(steps(&b) * 5 < steps(&c) * 4 && steps(&c) * 5 < steps(&a) * 4);
         for h in [&b, &c] {
-            let other = (0..a.t.len()).filter(|&i| a.status[i] != h.status[i]);
-            let other: Vec<_> = other.inspect(|&i| assert!(grazes(&a, h, i), "ray {i}")).collect();
-            assert!(other.len() * 5000 < a.t.len(), "{} rays end otherwise", other.len());
-            assert!((0..a.t.len()).all(|i| is_far_if_missed(h, i)));
-            let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && h.status[i] == 1);
-            let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - h.t[i]).f64().abs() > 1.5e-4);
-            assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());
+            alike(&a, h);
         }
+    }
+}
+
+/// Rays end as those of the whole scene do, but for grazing ones.
+fn alike<T: Native>(a: &Hits<T>, h: &Hits<T>) {
+    let other = (0..a.t.len()).filter(|&i| a.status[i] != h.status[i]);
+    let other: Vec<_> = other.inspect(|&i| assert!(grazes(a, h, i), "ray {i}")).collect();
+    assert!(other.len() * 5000 < a.t.len(), "{} rays end otherwise", other.len());
+    assert!((0..a.t.len()).all(|i| is_far_if_missed(h, i)));
+    let hits = (0..a.t.len()).filter(|&i| a.status[i] == 1 && h.status[i] == 1);
+    let (far, near): (Vec<_>, Vec<_>) = hits.partition(|&i| (a.t[i] - h.t[i]).f64().abs() > 1.5e-4);
+    assert!(far.len() * 200 < near.len(), "{} of {} hits lie elsewhere", far.len(), near.len());
+}
+
+/// Groups and blocks of every size, none of which divides the picture.
+#[test]
+fn pictures_of_all_sizes_end_alike() {
+    let mut random = Random(5);
+    let (shape, view, tracer) = (tree(&mut random, 25), camera(&mut random), tracers()[0]);
+    for (width, height) in [(301, 203), (701, 613), (1031, 707), (1501, 1403)] {
+        let view = Camera { width, height, ..view };
+        let a = trace::<f32>(&shape, &view, &tracer, Prune::Off);
+        let hits = a.status.iter().filter(|s| **s == Status::Hit as u8).count();
+        assert!(hits * 10 > a.t.len(), "{hits} of {} rays hit", a.t.len());
+        assert!(bits(&a) == bits(&trace::<f32>(&shape, &view, &tracer, Prune::Exact)), "{width}x{height}");
+        let skip = trace::<f32>(&shape, &view, &tracer, Prune::Skip);
+        assert!(operations(&skip) * 2 < operations(&a), "{width}x{height}");
+        alike(&a, &skip);
     }
 }
 

@@ -314,7 +314,7 @@ impl<'a, T: Native> Job<'a, T> {
         let sizes = pruner.map(|pruner| match skip {
             true if self.rays.planar() => Sizes::patches(pruner, self.rays.count()),
             true => Sizes::skip(pruner),
-            false => Sizes::exact(pruner, self.rays.count()),
+            false => Sizes::exact(pruner, self.rays.count(), self.rays.width().is_some()),
         });
         let sizes = sizes.unwrap_or_default();
         // Where cells are stepped over, nobody asks there.
