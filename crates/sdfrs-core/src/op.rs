@@ -345,20 +345,12 @@ impl Op {
         Self::ALL.iter().copied().filter(|op| *op != Op::SphereCrowd)
     }
 
-    /// Whether most of an op's time goes into a root: what is worth being compiled for twins, too.
+    /// Whether most of an op's time goes into roots: what is worth being compiled for twins, too. Boxes, capsules and cones
+    /// multiply, add and compare so much that their roots wait for nobody.
     const fn has_root(self) -> bool {
         matches!(
             self,
-            Op::Sqrt
-                | Op::Length2
-                | Op::Length3
-                | Op::Sphere
-                | Op::Box
-                | Op::Torus
-                | Op::Cylinder
-                | Op::Capsule
-                | Op::Cone
-                | Op::Ellipsoid
+            Op::Sqrt | Op::Length2 | Op::Length3 | Op::Sphere | Op::Torus | Op::Cylinder | Op::Ellipsoid
         )
     }
 
