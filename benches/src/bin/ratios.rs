@@ -14,6 +14,7 @@ const TABLES: &[(&str, fn())] = &[
     #[cfg(target_arch = "x86_64")]
     ("packets", trace::packets),
     ("growth", trace::growth),
+    ("sizes", trace::sizes),
     ("threads", trace::threads),
     ("crowds", eval::crowds),
     ("texture", texture::texture),

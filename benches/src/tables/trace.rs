@@ -159,24 +159,35 @@ pub fn packets() {
     );
 }
 
-/// Cost by the number of spheres.
+/// Cost by the number of spheres, by turns.
 pub fn growth() {
     const SIDE: usize = 512;
+    const COUNTS: [usize; 4] = [100, 1_000, 10_000, 100_000];
     println!("| spheres, {SIDE}x{SIDE} | skip, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
     let batch = trace::Batch::picture(SIDE);
-    let mut thousand = f64::NAN;
-    let mut rows = Vec::new();
-    for n in [100, 1_000, 10_000, 100_000] {
-        let program = Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap();
-        let [ms] = milliseconds([&mut || {
-            batch.pruned(&program, Prune::Skip);
-        }]);
-        thousand = if n == 1_000 { ms } else { thousand };
-        rows.push((n, ms));
+    let programs = COUNTS.map(|n| Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap());
+    let mut jobs = programs.each_ref().map(|program| || batch.pruned(program, Prune::Skip));
+    let times = milliseconds(jobs.each_mut().map(|job| job as &mut dyn FnMut()));
+    for (n, ms) in COUNTS.iter().zip(times) {
+        let (ratio, limit) = (ms / times[1], (*n == 100_000).then_some(6.0));
+        println!("| {n} | {ms:.1} | {ratio:.2} | {} |", bar(limit, ratio));
     }
-    for (n, ms) in rows {
-        let limit = (n == 100_000).then_some(6.0);
-        println!("| {n} | {ms:.1} | {:.2} | {} |", ms / thousand, bar(limit, ms / thousand));
+    println!();
+}
+
+/// What pictures of other sizes cost.
+pub fn sizes() {
+    println!("| ms | 256x256 | 512x512 | 1024x1024 | 2048x2048 |\n|---|---|---|---|---|");
+    let batches = [256, 512, 1024, 2048].map(trace::Batch::picture);
+    let spheres = [1_000, 10_000, 100_000].map(|n| (format!("{n} spheres"), scenes::spheres(n)));
+    for (what, scene) in [("csg".to_owned(), scenes::csg())].into_iter().chain(spheres) {
+        let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
+        for (name, prune) in [("exact", Prune::Exact), ("skip", Prune::Skip)] {
+            let mut jobs = batches.each_ref().map(|batch| || batch.pruned(&program, prune));
+            let times = milliseconds(jobs.each_mut().map(|job| job as &mut dyn FnMut()));
+            let row = times.map(|ms| format!("{ms:.1}")).join(" | ");
+            println!("| {what}, {name} | {row} |");
+        }
     }
     println!();
 }
