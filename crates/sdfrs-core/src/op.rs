@@ -154,7 +154,7 @@ macro_rules! ops {
         /// For every `ins` of `run`: `slots` must find `width` values, aligned or not, for every slot it names, and
         /// `ins.k .. ins.k + ins.n` must lie inside `t.consts` with the row's number of constants
         /// ([`crate::tape::Tape`] checks both). `Q` must have the bytes of `R`, and all that it needs of the processor
-        /// must be there: where the two differ, every fourth pack of an op with a root goes by `Q`
+        /// must be there: where the two differ, every fourth pack of an op that waits for roots goes by `Q`
         /// ([`crate::eval::Lanes::Twin`]).
         #[allow(unsafe_code, unused_variables, unused_assignments, unused_mut, non_snake_case, clippy::missing_safety_doc)]
         pub mod arm {
@@ -167,7 +167,7 @@ macro_rules! ops {
                 fn value<R: Real>($($sa: R,)* $($sk: R,)*) -> R {
                     $sb
                 }
-                let twins = Op::$sn.has_root() && TypeId::of::<R>() != TypeId::of::<Q>();
+                let twins = Op::$sn.waits_for_roots() && TypeId::of::<R>() != TypeId::of::<Q>();
                 for ins in run {
                     let mut ki = 0;
                     $(let $sk = unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }; ki += 1;)*
@@ -195,7 +195,7 @@ macro_rules! ops {
                 fn value<R: Real>($($pa: R,)* $($pk: R,)*) -> R {
                     $pb
                 }
-                let twins = Op::$pn.has_root() && TypeId::of::<R>() != TypeId::of::<Q>();
+                let twins = Op::$pn.waits_for_roots() && TypeId::of::<R>() != TypeId::of::<Q>();
                 for ins in run {
                     let mut ki = 0;
                     $(let $pk = unsafe { *t.consts.get_unchecked(ins.k as usize + ki) }; ki += 1;)*
@@ -347,7 +347,7 @@ impl Op {
 
     /// Whether most of an op's time goes into roots: what is worth being compiled for twins, too. Boxes, capsules and cones
     /// multiply, add and compare so much that their roots wait for nobody.
-    const fn has_root(self) -> bool {
+    const fn waits_for_roots(self) -> bool {
         matches!(
             self,
             Op::Sqrt | Op::Length2 | Op::Length3 | Op::Sphere | Op::Torus | Op::Cylinder | Op::Ellipsoid

@@ -143,7 +143,7 @@ impl<T: Native> Kernel for Fill<'_, '_, T> {
     }
 }
 
-/// By registers.
+/// By registers: what `opaque` parts LLVM cannot join to a call again.
 #[inline(always)]
 fn fill<V: Copy>(column: &mut [V], with: V) {
     let (runs, rest) = column.as_chunks_mut::<16>();
