@@ -23,6 +23,11 @@ fn milliseconds<const N: usize>(jobs: [&mut dyn FnMut(); N]) -> [f64; N] {
     clock::minima(LONG, jobs).map(|s| s * 1e3)
 }
 
+/// The same of jobs of one kind.
+fn each<const N: usize>(mut jobs: [impl FnMut(); N]) -> [f64; N] {
+    milliseconds(jobs.each_mut().map(|job| job as &mut dyn FnMut()))
+}
+
 pub fn peers() {
     println!(
         "| scene, 512x512 | ours unpruned, ms | fidget JIT, 32x32 tiles | scalar loop | ours / JIT | scalar / ours | bar | with skip | rays that differ |"
@@ -166,10 +171,10 @@ pub fn growth() {
     println!("| spheres, {SIDE}x{SIDE} | skip, ms | over 1,000 spheres | bar |\n|---|---|---|---|");
     let batch = trace::Batch::picture(SIDE);
     let programs = COUNTS.map(|n| Program::<f32>::for_tracing(&scenes::spheres(n).shape).unwrap());
-    let mut jobs = programs.each_ref().map(|program| || batch.pruned(program, Prune::Skip));
-    let times = milliseconds(jobs.each_mut().map(|job| job as &mut dyn FnMut()));
+    let times = each(programs.each_ref().map(|program| || batch.pruned(program, Prune::Skip)));
+    let [_, thousand, ..] = times;
     for (n, ms) in COUNTS.iter().zip(times) {
-        let (ratio, limit) = (ms / times[1], (*n == 100_000).then_some(6.0));
+        let (ratio, limit) = (ms / thousand, (*n == 100_000).then_some(6.0));
         println!("| {n} | {ms:.1} | {ratio:.2} | {} |", bar(limit, ratio));
     }
     println!();
@@ -183,8 +188,7 @@ pub fn sizes() {
     for (what, scene) in [("csg".to_owned(), scenes::csg())].into_iter().chain(spheres) {
         let program = Program::<f32>::for_tracing(&scene.shape).unwrap();
         for (name, prune) in [("exact", Prune::Exact), ("skip", Prune::Skip)] {
-            let mut jobs = batches.each_ref().map(|batch| || batch.pruned(&program, prune));
-            let times = milliseconds(jobs.each_mut().map(|job| job as &mut dyn FnMut()));
+            let times = each(batches.each_ref().map(|batch| || batch.pruned(&program, prune)));
             let row = times.map(|ms| format!("{ms:.1}")).join(" | ");
             println!("| {what}, {name} | {row} |");
         }
